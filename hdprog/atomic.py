@@ -1,0 +1,93 @@
+"""Files that are there whole or not at all: written aside, then renamed into place."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+def _aside(folder: Path, name: str) -> Path:
+    return folder / f".{name}.{secrets.token_hex(4)}.part"
+
+
+def atomic_write_bytes(path: Path, content: bytes) -> None:
+    """Write a file so that a reader sees the old content or the new, never a part of it.
+
+    Parameters
+    ----------
+    path : Path
+        The file; its folder is made if it is not there.
+    content : bytes
+        All that the file shall hold.
+
+    Raises
+    ------
+    OSError
+        When the folder cannot be written; nothing is left behind.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    aside = _aside(path.parent, path.name)
+    try:
+        with aside.open("xb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        aside.replace(path)
+    finally:
+        aside.unlink(missing_ok=True)
+
+
+def atomic_write_text(path: Path, content: str) -> None:
+    """Write text as UTF-8 with line feeds, as `atomic_write_bytes` does."""
+    atomic_write_bytes(path, content.encode("utf-8"))
+
+
+@contextmanager
+def atomic_directory(path: Path) -> Iterator[Path]:
+    """Fill a folder aside and move it into place when the block ends without an error.
+
+    A folder that is not there yet appears in one step. Into a folder that is, the files move one
+    by one, each whole; other files in it stay as they are.
+
+    Parameters
+    ----------
+    path : Path
+        The folder to end up in.
+
+    Yields
+    ------
+    Path
+        An empty folder on the same file system to write into.
+
+    Raises
+    ------
+    NotADirectoryError
+        When `path` is a file.
+    OSError
+        When the place cannot be written; nothing is left behind.
+    """
+    if path.exists() and not path.is_dir():
+        raise NotADirectoryError(20, "a file lies where the folder should be", str(path))
+    if path.is_dir():  # inside, since `path` may be where another file system is mounted
+        aside = _aside(path, "hdprog")
+    else:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        aside = _aside(path.parent, path.name)
+    aside.mkdir()
+    try:
+        yield aside
+        if not path.exists():
+            aside.replace(path)
+            return
+        for source in sorted(aside.rglob("*")):
+            target = path / source.relative_to(aside)
+            if source.is_dir():
+                target.mkdir(exist_ok=True)
+            else:
+                source.replace(target)
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)

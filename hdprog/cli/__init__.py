@@ -1,0 +1,13 @@
+"""The command line: one file a command; numerics are imported inside the command that runs."""
+
+from __future__ import annotations
+
+from hdprog.cli.app import app
+
+
+def main() -> None:
+    """Run the `hdprog` command on the arguments of this process, then exit with its code."""
+    app(prog_name="hdprog")
+
+
+__all__ = ["app", "main"]

@@ -1,0 +1,51 @@
+"""The `hdprog` command: its sub-commands and what holds for all of them."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from hdprog import __version__
+from hdprog.cli.check import check
+from hdprog.cli.demo import demo
+from hdprog.cli.exits import GuardedGroup
+from hdprog.cli.fit import fit
+from hdprog.cli.run import run
+from hdprog.cli.simulate import simulate
+
+EPILOG = (
+    "Exit codes: 0 done; 1 a mistake in hdprog; 2 wrong usage; 3 bad input, nothing written; "
+    "4 done, but a fit did not converge (the report says so); 130 interrupted."
+)
+
+app = typer.Typer(
+    cls=GuardedGroup,
+    epilog=EPILOG,
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,  # plain help, which starts faster and reads the same in a file
+    pretty_exceptions_enable=False,
+)
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"hdprog {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _describe(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_show_version, is_eager=True, help="Show the version and exit."
+        ),
+    ] = False,
+) -> None:
+    """Condition and remaining service life of strain wave gears from torque and torsion loops."""
+
+
+for _command in (demo, check, fit, run, simulate):
+    app.command(epilog=EPILOG)(_command)

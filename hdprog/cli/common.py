@@ -1,0 +1,151 @@
+"""Options that several commands share, and what they all do at the end."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any, Protocol
+
+import typer
+
+from hdprog.cli.exits import ExitCode
+from hdprog.errors import UsageError
+
+Seed = Annotated[
+    int,
+    typer.Option(
+        "--seed",
+        min=0,
+        help="Seed of everything random: same seed, same input, same machine, same numbers.",
+    ),
+]
+AsJson = Annotated[
+    bool,
+    typer.Option("--json", help="Write the JSON to standard output, and nothing else there."),
+]
+Quick = Annotated[
+    bool,
+    typer.Option("--quick", help="Fewer draws; the report is marked as quick."),
+]
+Quiet = Annotated[
+    bool,
+    typer.Option("--quiet", help="Show no progress."),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", help="Folder to write to (default: ./hdprog-NAME)."),
+]
+DriveFile = Annotated[
+    Path | None,
+    typer.Option("--drive", help="drive.toml with the drive's model, limits and noise."),
+]
+Columns = Annotated[
+    str | None,
+    typer.Option(
+        "--columns",
+        help="Which column is what, with its unit: torque=TORQUE:Nm,angle=POSITION:rev,time=TIME:s",
+    ),
+]
+Select = Annotated[
+    str | None,
+    typer.Option(
+        "--select", help="Keep only rows where a column has these values: test_nr=100,101"
+    ),
+]
+
+
+class Writable(Protocol):
+    """What the workflow hands back: an outcome that can be written and summed up."""
+
+    @property
+    def converged(self) -> bool:
+        """Whether every fit converged."""
+
+    @property
+    def verdict(self) -> str:
+        """The outcome in one sentence."""
+
+    def write(self, out: Path, command: str) -> None:
+        """Write the summary, the report and the posteriors into `out`."""
+
+    def summary(self) -> dict[str, Any]:
+        """Give the content of summary.json."""
+
+
+def command_line(ctx: typer.Context) -> str:
+    """Give the command as it was typed."""
+    return str(ctx.find_root().obj)
+
+
+def output_folder(out: Path | None, name: str) -> Path:
+    """Settle where to write, and refuse before the work what could not be written after it.
+
+    Parameters
+    ----------
+    out : Path or None
+        The folder asked for; None for `./hdprog-NAME`.
+    name : str
+        The drive's or loop's name.
+
+    Raises
+    ------
+    UsageError
+        When a file lies where the folder should be.
+    """
+    folder = Path(f"hdprog-{name}") if out is None else out
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(
+            f"--out: found a file at {folder}, expected a folder or nothing there. Give another "
+            "folder with --out DIR."
+        )
+    return folder
+
+
+def split_ids(text: str | None) -> tuple[str, ...]:
+    """Split `id,id` as typed into ids; None gives none."""
+    return tuple(part.strip() for part in (text or "").split(",") if part.strip())
+
+
+def print_json(content: Any) -> None:
+    """Write JSON to standard output; a number that JSON lacks is an error, not `NaN`."""
+    typer.echo(json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def conclude(
+    result: Writable, out: Path, command: str, *, as_json: bool, advice: str | None = None
+) -> None:
+    """Write the outcome, say the verdict and where things are, and end with 4 if not converged.
+
+    Parameters
+    ----------
+    result : Writable
+        The outcome.
+    out : Path
+        The folder to write to.
+    command : str
+        The command as typed, for the provenance in the report.
+    as_json : bool
+        Write the summary to standard output instead of words.
+    advice : str or None
+        What to try next, after the words.
+
+    Raises
+    ------
+    typer.Exit
+        With code 4, when a fit did not converge.
+    """
+    result.write(out, command)
+    if as_json:
+        print_json(result.summary())
+    else:
+        typer.echo(result.verdict)
+        typer.echo(f"Report: {out / 'report.html'}")
+        if advice is not None:
+            typer.echo(advice)
+    if not result.converged:
+        typer.echo(
+            "Not converged: the numbers are provisional and the report is marked. Run again "
+            "without --quick, or with another --seed.",
+            err=True,
+        )
+        raise typer.Exit(ExitCode.NOT_CONVERGED)

@@ -1,0 +1,114 @@
+"""How a command ends: every error becomes words on standard error and an exit code."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shlex
+import sys
+import traceback
+from enum import IntEnum
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from hdprog.errors import HdprogError
+
+
+class ExitCode(IntEnum):
+    """What the exit code of `hdprog` means."""
+
+    DONE = 0
+    BUG = 1
+    USAGE = 2
+    BAD_INPUT = 3
+    NOT_CONVERGED = 4
+    INTERRUPTED = 130
+    BROKEN_PIPE = 141
+
+
+# What the machine or its user refuses, as opposed to a mistake in the program.
+_REFUSED = {
+    errno.EACCES,
+    errno.EDQUOT,
+    errno.EIO,
+    errno.EISDIR,
+    errno.ENAMETOOLONG,
+    errno.ENOENT,
+    errno.ENOSPC,
+    errno.ENOTDIR,
+    errno.EPERM,
+    errno.EROFS,
+}
+
+
+class GuardedGroup(TyperGroup):
+    """A group of commands whose errors end in words, never in a traceback nobody asked for."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Keep the command as it was typed, for the provenance in reports."""
+        ctx.obj = shlex.join(["hdprog", *args])
+        return super().parse_args(ctx, args)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command; turn what goes wrong into words and an exit code."""
+        try:
+            outcome = super().invoke(ctx)
+            sys.stdout.flush()
+        except (typer.Exit, typer.Abort, typer.TyperException):
+            raise
+        except BrokenPipeError as error:
+            # The reader has gone; what Python would still flush at exit goes nowhere.
+            _discard_standard_output()
+            raise typer.Exit(ExitCode.BROKEN_PIPE) from error
+        except KeyboardInterrupt as error:
+            typer.echo(
+                "Interrupted: nothing half-written was left behind. Run the command again to "
+                "start over.",
+                err=True,
+            )
+            raise typer.Exit(ExitCode.INTERRUPTED) from error
+        except Exception as error:
+            if os.environ.get("HDPROG_DEBUG") == "1":
+                traceback.print_exc()
+            code, words = explain_error(error)
+            typer.echo(words, err=True)
+            raise typer.Exit(code) from error
+        return outcome
+
+
+def explain_error(error: Exception) -> tuple[ExitCode, str]:
+    """Say in words what an error means to the user, and give its exit code."""
+    if isinstance(error, HdprogError):
+        return ExitCode(error.exit_code), f"Error: {error}"
+    if isinstance(error, OSError) and error.errno in _REFUSED and error.filename is not None:
+        return ExitCode.BAD_INPUT, (
+            f"Error: {error.filename}: {error.strerror}. The file or folder must be there, be "
+            "readable, and be writable where hdprog writes; give another path, or change its "
+            "permissions or free space."
+        )
+    return ExitCode.BUG, (
+        f"hdprog stopped through a mistake of its own, not of your data: "
+        f"{type(error).__name__}: {error} ({_place(error)}).\n"
+        "Please report it: this message, the command, the output of `hdprog --version`, and what "
+        "the same command prints with the environment variable HDPROG_DEBUG=1."
+    )
+
+
+def _place(error: Exception) -> str:
+    """Name the innermost line of the project that the error passed through."""
+    frames = traceback.extract_tb(error.__traceback__)
+    ours = [frame for frame in frames if f"{os.sep}hdprog{os.sep}" in frame.filename]
+    if not ours:
+        return "outside hdprog"
+    file = ours[-1].filename
+    return f"{file[file.rindex(f'hdprog{os.sep}') :]}, line {ours[-1].lineno}"
+
+
+def _discard_standard_output() -> None:
+    try:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+    except (OSError, ValueError):  # standard output is no file, as under a test
+        pass

@@ -1,0 +1,45 @@
+"""`hdprog run`: the main job, a drive's tests to a forecast."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hdprog.cli.common import (
+    AsJson,
+    Out,
+    Quick,
+    Quiet,
+    Seed,
+    command_line,
+    conclude,
+    output_folder,
+)
+from hdprog.cli.progress import progress
+
+
+def run(
+    ctx: typer.Context,
+    drive_dir: Annotated[
+        Path,
+        typer.Argument(metavar="DRIVE_DIR", help="A folder with drive.toml, tests.csv and loops/."),
+    ],
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: AsJson = False,
+    quick: Quick = False,
+    quiet: Quiet = False,
+) -> None:
+    """Fit a drive's tests and forecast its limits.
+
+    Fits every test, follows the wear over service hours and forecasts when each limit is
+    crossed. Writes summary.json, report.html and posteriors/*.nc.
+    """
+    folder = output_folder(out, drive_dir.resolve().name)
+    from hdprog import workflow
+
+    with progress(quiet=quiet) as report:
+        result = workflow.run(drive_dir, seed=seed, quick=quick, progress=report)
+    conclude(result, folder, command_line(ctx), as_json=as_json)

@@ -1,0 +1,14 @@
+"""The drive's file (drive.toml): what is known and declared about one drive, and its limits."""
+
+from hdprog.config.drive import QUANTITIES, Drive, ForecastSettings, Limit, NoiseResolution
+from hdprog.config.drive_file import drive_from_mapping, read_drive
+
+__all__ = [
+    "QUANTITIES",
+    "Drive",
+    "ForecastSettings",
+    "Limit",
+    "NoiseResolution",
+    "drive_from_mapping",
+    "read_drive",
+]

@@ -1,0 +1,292 @@
+"""Reading a drive's file (drive.toml): Pydantic at the edge, words for what is wrong."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from hdprog.config.drive import (
+    DEFAULT_ALPHA,
+    QUANTITIES,
+    STIFFNESSES_AT_TORQUE,
+    Drive,
+    ForecastSettings,
+    Limit,
+    NoiseResolution,
+)
+from hdprog.errors import BadInputError
+
+__all__ = ["drive_from_mapping", "read_drive"]
+
+
+def _as_values(found: object) -> object:
+    """Accept one value, a list, or ``"100,101"`` for the values of a selection."""
+    if isinstance(found, str):
+        return tuple(part.strip() for part in found.split(","))
+    if isinstance(found, int | float) and not isinstance(found, bool):
+        return (str(found),)
+    if isinstance(found, list | tuple):
+        return tuple(part if isinstance(part, str) else str(part) for part in found)
+    return found
+
+
+_Positive = Annotated[float, Field(gt=0)]
+_Text = Annotated[str, Field(min_length=1, pattern=r"\S")]
+_Values = Annotated[tuple[_Text, ...], Field(min_length=1), BeforeValidator(_as_values)]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class _DriveSection(_Section):
+    id: _Text
+    model: _Text | None = None
+    ratio: _Positive | None = None
+    alpha_deg: Annotated[float, Field(gt=0, lt=90)] | None = None
+    rated_torque_Nm: _Positive | None = None
+    reference_torque_Nm: _Positive | None = None
+
+
+class _NoiseSection(_Section):
+    torque_resolution_Nm: _Positive | None = None
+    angle_resolution_rad: _Positive | None = None
+
+
+class _PriorSection(_Section):
+    file: _Text | None = None
+
+
+class _LimitSection(_Section):
+    quantity: str
+    at_torque_Nm: _Positive | None = None
+    above: _Positive | None = None
+    below: _Positive | None = None
+
+
+class _ForecastSection(_Section):
+    horizon_hours: _Positive = ForecastSettings.horizon_hours
+    acceptable_risk: Annotated[float, Field(gt=0, lt=1)] = ForecastSettings.acceptable_risk
+    next_shutdown_hours: _Positive | None = ForecastSettings.next_shutdown_hours
+
+
+class _ColumnsSection(_Section):
+    torque: _Text | None = None
+    angle: _Text | None = None
+    # Empty leaves an optional column out.
+    time: str | None = None
+    temperature: str | None = None
+    output_angle: str | None = None
+
+
+class _DriveFile(_Section):
+    drive: _DriveSection
+    noise: _NoiseSection = _NoiseSection()
+    prior: _PriorSection = _PriorSection()
+    limits: list[_LimitSection] = []
+    forecast: _ForecastSection = _ForecastSection()
+    columns: _ColumnsSection = _ColumnsSection()
+    select: dict[_Text, _Values] = {}
+
+
+_SECTIONS: dict[str, type[_Section]] = {
+    "drive": _DriveSection,
+    "noise": _NoiseSection,
+    "prior": _PriorSection,
+    "limits": _LimitSection,
+    "forecast": _ForecastSection,
+    "columns": _ColumnsSection,
+}
+
+
+def read_drive(path: str | Path) -> Drive:
+    """Read a drive's file.
+
+    Parameters
+    ----------
+    path : str or Path
+        A drive.toml, or the folder that holds one.
+
+    Raises
+    ------
+    BadInputError
+        No such file, no valid TOML, a key that is not known, or a value that cannot be.
+    """
+    path = Path(path)
+    if path.is_dir():
+        path = path / "drive.toml"
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        content = tomllib.loads(text)
+    except OSError as error:
+        raise BadInputError(
+            f"no readable file ({error.strerror})",
+            str(path),
+            "the drive's file, drive.toml",
+            "Give the path of a drive.toml or of the folder that holds it.",
+        ) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise BadInputError(
+            f"text that is not valid TOML ({error})",
+            str(path),
+            "a drive's file in TOML, saved as UTF-8",
+            'Correct that place; text values need quotation marks: id = "cell3-axis2".',
+        ) from error
+    return drive_from_mapping(content, path)
+
+
+def drive_from_mapping(mapping: Mapping[str, Any], source: Path | None = None) -> Drive:
+    """Validate the content of a drive's file and freeze it.
+
+    Parameters
+    ----------
+    mapping : mapping
+        The content of a drive.toml, as tomllib or a JSON reader gives it.
+    source : Path or None
+        Where it came from, for messages and for relative paths in it.
+
+    Raises
+    ------
+    BadInputError
+        A key that is not known, or a value that cannot be.
+    """
+    where = str(source) if source is not None else "drive settings"
+    try:
+        # Strict mode takes a list for a list; a plain dict is what Pydantic checks best.
+        content = _DriveFile.model_validate(dict(mapping))
+    except ValidationError as error:
+        raise _in_words(error, where) from error
+    rated = content.drive.rated_torque_Nm
+    limits = tuple(
+        _limit(section, rated, f"{where}, [[limits]] number {number}")
+        for number, section in enumerate(content.limits, start=1)
+    )
+    seen = [(limit.key, limit.direction) for limit in limits]
+    for key, direction in seen:
+        if seen.count((key, direction)) > 1:
+            raise BadInputError(
+                f"two limits on {key}, both {direction}",
+                f"{where}, [[limits]]",
+                "one limit a quantity and direction",
+                "Remove one of them.",
+            )
+    alpha_deg = content.drive.alpha_deg
+    return Drive(
+        id=content.drive.id.strip(),
+        model=content.drive.model,
+        ratio=content.drive.ratio,
+        alpha=DEFAULT_ALPHA if alpha_deg is None else math.radians(alpha_deg),
+        alpha_declared=alpha_deg is not None,
+        rated_torque=rated,
+        reference_torque=content.drive.reference_torque_Nm,
+        noise=NoiseResolution(
+            content.noise.torque_resolution_Nm, content.noise.angle_resolution_rad
+        ),
+        prior=content.prior.file,
+        limits=limits,
+        forecast=ForecastSettings(**content.forecast.model_dump()),
+        columns=content.columns.model_dump(exclude_none=True),
+        select=dict(content.select),
+        source=source,
+    )
+
+
+def _limit(section: _LimitSection, rated: float | None, where: str) -> Limit:
+    """Check what the parts of one limit mean together."""
+    quantity, at = section.quantity, section.at_torque_Nm
+    if quantity not in QUANTITIES:
+        raise BadInputError(
+            f'quantity = "{quantity}"',
+            where,
+            "one of " + ", ".join(QUANTITIES),
+            _nearest(quantity, QUANTITIES) or "Choose one of these.",
+        )
+    if (at is None) == (quantity in STIFFNESSES_AT_TORQUE):
+        raise BadInputError(
+            f"{quantity} {'without' if at is None else 'with'} at_torque_Nm",
+            where,
+            "at_torque_Nm for " + " and ".join(STIFFNESSES_AT_TORQUE) + ", and for nothing else",
+            "Add at_torque_Nm = 14.0 with the torque that the stiffness is read at."
+            if at is None
+            else "Remove at_torque_Nm.",
+        )
+    if quantity == "lost_motion_arcmin" and rated is None:
+        raise BadInputError(
+            "a limit on lost_motion_arcmin in a drive without rated_torque_Nm",
+            where,
+            "the drive's rated torque, as lost motion is read at 4 % of it",
+            "Add rated_torque_Nm under [drive].",
+        )
+    if section.above is not None and section.below is None:
+        return Limit(quantity, section.above, "above", at)
+    if section.below is not None and section.above is None:
+        return Limit(quantity, section.below, "below", at)
+    raise BadInputError(
+        "neither above nor below" if section.above is None else "both above and below",
+        where,
+        "exactly one of them",
+        "Write above = 2.0 where high values are bad, below = 0.3 where low ones are; two limits "
+        "are two [[limits]] entries.",
+    )
+
+
+def _nearest(word: str, known: Iterable[str]) -> str:
+    matches = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
+    return f"Did you mean {matches[0]}?" if matches else ""
+
+
+# What Pydantic's types of error mean to somebody who wrote the file by hand.
+_EXPECTED = {
+    "string_type": 'text in quotation marks, like "cell3-axis2"',
+    "string_too_short": "text that is not empty",
+    "string_pattern_mismatch": "text that is not empty",
+    "float_type": "a number without quotation marks",
+    "finite_number": "a finite number",
+    "model_type": "a table with keys of its own",
+    "dict_type": "a table with keys of its own",
+    "list_type": "entries that each begin with [[limits]]",
+    "tuple_type": "the values of the rows to keep, like [100, 101]",
+    "too_short": "at least one value",
+}
+
+
+def _in_words(error: ValidationError, where: str) -> BadInputError:
+    """Turn what Pydantic refused first into the words of this project."""
+    # A key that is not known comes first: it is often the one that another one misses.
+    first = min(error.errors(), key=lambda detail: detail["type"] != "extra_forbidden")
+    path = [str(part) for part in first["loc"]]
+    key, place = path[-1], where
+    section = _SECTIONS.get(path[0]) if len(path) > 1 else _DriveFile
+    if path[0] == "limits" and len(path) > 1:
+        place += f", [[limits]] number {int(path[1]) + 1}"
+        key = path[2] if len(path) > 2 else "the entry"
+    elif len(path) > 1:
+        place += f", [{path[0]}]"
+    if first["type"] == "extra_forbidden":
+        known = tuple(section.model_fields) if section is not None else ()
+        return BadInputError(
+            f"the key {key}, which is not known here",
+            place,
+            "only " + ", ".join(known),
+            _nearest(key, known) or "Remove it or correct its name.",
+        )
+    if first["type"] == "missing":
+        return BadInputError(f"no {key}", place, f"{key} to be given", f"Add {key}.")
+    bounds = first.get("ctx", {})
+    expected = _EXPECTED.get(first["type"]) or " and ".join(
+        words
+        for words in (
+            f"a number greater than {bounds['gt']:g}" if "gt" in bounds else "",
+            f"a number less than {bounds['lt']:g}" if "lt" in bounds else "",
+        )
+        if words
+    )
+    return BadInputError(
+        f"{key} = {first['input']!r}", place, expected or first["msg"], f"Correct {key}."
+    )

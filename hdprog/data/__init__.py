@@ -1,0 +1,1 @@
+"""Records of torque against torsion angle: reading, refusing, judging."""

@@ -1,0 +1,200 @@
+"""What in a usable record deserves a second look, each in one plain sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdprog.config import Drive
+from hdprog.data.loop import Loop
+from hdprog.data.noise_level import noise_sd, quantisation_step
+from hdprog.data.usable import branch_coverage
+
+__all__ = ["doubts"]
+
+_STIFFNESS_RANGE = (1e2, 1e7)  # Nm/rad, smallest to largest strain wave gears with room to spare
+_TWIST_RANGE = (3e-5, 0.3)  # rad at rated torque, likewise
+_RATED_SHARE = (0.01, 30.0)  # of rated torque; ratcheting begins near 10 times rated torque
+_CATALOGUE_FACTOR = 30.0
+_FULL_ENOUGH = 0.9
+_FEWER = 5.0
+
+
+def doubts(
+    loop: Loop,
+    turns: NDArray[np.intp],
+    stiffness: float,
+    drive: Drive | None = None,
+    catalogue_stiffness: float | None = None,
+) -> Iterator[str]:
+    """Yield warnings about a record.
+
+    Parameters
+    ----------
+    loop : Loop
+        The record.
+    turns : ndarray of int
+        Its turning points.
+    stiffness : float
+        Its secant stiffness [Nm/rad], negative where the angle falls as the torque rises.
+    drive : Drive or None
+        What is declared about the drive.
+    catalogue_stiffness : float or None
+        Stiffness [Nm/rad] that the maker states.
+
+    Yields
+    ------
+    str
+        One sentence or two, with what to do.
+    """
+    if stiffness < 0:
+        yield (
+            "The angle falls while the torque rises: one of the two has the wrong sign. Change it "
+            "in the record; a fit of this one means nothing."
+        )
+    yield from _scale(loop, abs(stiffness), drive, catalogue_stiffness)
+    jump = float(np.abs(np.diff(loop.angle)).max())
+    if jump > np.pi:
+        yield (
+            f"The angle jumps by {jump:.3g} rad between two samples: the encoder seems to begin a "
+            "new turn there. Unwrap the angle before a fit."
+        )
+    yield from _clipping(loop)
+    yield from _gaps(loop)
+    yield from _short_branches(loop, turns)
+
+
+def _scale(
+    loop: Loop, stiffness: float, drive: Drive | None, catalogue: float | None
+) -> Iterator[str]:
+    """Compare torque and stiffness with what a drive can have: mistaken units are 1000 off."""
+    rated = drive.rated_torque if drive is not None else None
+    largest = float(np.abs(loop.torque).max())
+    check = "Check the units of torque and angle: 1000 is the step between Nm and kNm or Nmm."
+    if rated is not None and not _RATED_SHARE[0] <= largest / rated <= _RATED_SHARE[1]:
+        yield (
+            f"The largest torque, {largest:.3g} Nm, is {largest / rated:.3g} times the drive's "
+            f"rated torque of {rated:g} Nm. {check}"
+        )
+    found = f"The secant stiffness of the record is {stiffness:.3g} Nm/rad"
+    if catalogue is not None:
+        if not 1 / _CATALOGUE_FACTOR <= stiffness / catalogue <= _CATALOGUE_FACTOR:
+            yield f"{found}; the catalogue says {catalogue:.3g} for the drive. {check}"
+    elif rated is not None and not _TWIST_RANGE[0] <= rated / stiffness <= _TWIST_RANGE[1]:
+        yield (
+            f"{found}, a twist of {rated / stiffness:.2g} rad at the rated torque of {rated:g} Nm: "
+            f"drives twist {_TWIST_RANGE[0]:g} to {_TWIST_RANGE[1]:g} rad. {check}"
+        )
+    elif rated is None and not _STIFFNESS_RANGE[0] <= stiffness <= _STIFFNESS_RANGE[1]:
+        yield (
+            f"{found}; drives have {_STIFFNESS_RANGE[0]:.0e} to {_STIFFNESS_RANGE[1]:.0e}. {check}"
+        )
+
+
+def _clipping(loop: Loop) -> Iterator[str]:
+    """Look for torque that stays at its extreme while the load goes on.
+
+    A hold also stays, but there the angle only creeps one way, or the torque keeps its noise.
+    """
+    torque, angle = loop.torque, loop.angle
+    fewest = max(5, len(loop) // 500)
+    # Within one step of the torque's resolution the angle may go on and come back unseen.
+    unseen = (0.005 + (quantisation_step(torque) or 0.0) / float(np.ptp(torque))) * np.ptp(angle)
+    unseen += 6.0 * noise_sd(angle)
+    for name, extreme in (("largest", torque.max()), ("smallest", torque.min())):
+        at_extreme = np.flatnonzero(torque == extreme)
+        runs = np.split(at_extreme, np.flatnonzero(np.diff(at_extreme) > 1) + 1)
+        clipped = [
+            run
+            for run in runs
+            if run.size >= fewest and (_returns(angle, run, unseen) or _noise_vanishes(torque, run))
+        ]
+        if clipped:
+            samples = sum(run.size for run in clipped)
+            yield (
+                f"The torque seems to clip at its {name} value, {extreme:.4g} Nm, in {samples} "
+                "samples: the true torque there is not known. Leave those samples out, or widen "
+                "the sensor's range."
+            )
+
+
+def _returns(angle: NDArray[np.float64], run: NDArray[np.intp], unseen: float) -> bool:
+    """Tell whether the angle goes on and comes back within a run of equal torque."""
+    stretch = angle[run[0] : run[-1] + 1]
+    ends = stretch[[0, -1]]
+    beyond = max(stretch.max() - ends.max(), ends.min() - stretch.min())
+    return bool(beyond > unseen)
+
+
+def _noise_vanishes(torque: NDArray[np.float64], run: NDArray[np.intp]) -> bool:
+    """Tell whether torque that is noisy elsewhere, and not coarse, is the same all along a run."""
+    before, after = torque[: run[0]], torque[run[-1] + 1 :]
+    steps = np.concatenate((np.diff(before), np.diff(after)))
+    return bool(
+        steps.size >= 20
+        # Noise turns the torque at every second sample, and never leaves it where it was.
+        and np.mean(steps == 0) < 0.01
+        and np.mean(steps[1:] * steps[:-1] < 0) > 0.2
+    )
+
+
+def _gaps(loop: Loop) -> Iterator[str]:
+    steps = np.abs(np.diff(loop.torque))
+    span = float(np.ptp(loop.torque))
+    usual = max(20.0 * float(np.median(steps)), 8.0 * noise_sd(loop.torque), 0.05 * span)
+    jumps = np.flatnonzero(steps > usual)
+    # A spike jumps out and back; what stays away is a gap.
+    lasting = [
+        int(jump)
+        for jump in jumps
+        if abs(np.median(loop.torque[jump + 1 : jump + 4]) - loop.torque[jump]) > usual
+        and abs(np.median(loop.torque[max(jump - 2, 0) : jump + 1]) - loop.torque[jump + 1]) > usual
+    ]
+    if loop.time is not None:
+        intervals = np.diff(loop.time)
+        longest = int(np.argmax(intervals))
+        limit = max(10.0 * float(np.median(intervals)), 0.02 * float(loop.time[-1]))
+        gaps = np.count_nonzero(intervals > limit)
+        if gaps:
+            yield (
+                f"{gaps} {'gap' if gaps == 1 else 'gaps'} in time, the longest of "
+                f"{intervals[longest]:.3g} s after sample {longest + 1}, where samples usually "
+                f"come every {np.median(intervals):.3g} s: what happened there is not known."
+            )
+            return
+    if 0 < len(lasting) <= 5:
+        first = lasting[0]
+        yield (
+            f"The torque jumps from {loop.torque[first]:.4g} to {loop.torque[first + 1]:.4g} Nm "
+            f"after sample {first + 1}: samples seem to be missing there."
+        )
+
+
+def _short_branches(loop: Loop, turns: NDArray[np.intp]) -> Iterator[str]:
+    rise, fall = branch_coverage(loop.torque[turns])
+    if min(rise, fall) < _FULL_ENOUGH:
+        shorter = "unloading" if fall < rise else "loading"
+        yield (
+            f"The {shorter} is much shorter than the other branch: it covers "
+            f"{min(rise, fall):.0%} of the torque. The loop is not closed, so friction and "
+            "stiffness are less certain."
+        )
+    counts = {True: 0, False: 0}
+    for start, end in pairwise(turns.tolist()):
+        counts[bool(loop.torque[end] > loop.torque[start])] += end - start
+    fewer, more = sorted(counts.values())
+    if fewer * _FEWER < more:
+        scarce = "rising" if counts[True] < counts[False] else "falling"
+        yield (
+            f"The branches with {scarce} torque have {fewer} samples and the others {more}: one "
+            "branch is much shorter than the other and weighs less in a fit."
+        )
+    low, high = sorted(np.abs((loop.torque.min(), loop.torque.max())))
+    if loop.torque.min() < 0 < loop.torque.max() and 0.2 * high < low < 0.5 * high:
+        yield (
+            f"The torque reaches {loop.torque.max():.3g} Nm on one side and "
+            f"{loop.torque.min():.3g} Nm on the other: one side is much shorter than the other."
+        )

@@ -1,0 +1,86 @@
+"""A drive folder: drive.toml, tests.csv and the loop files that it lists."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from hdprog.config import Drive, read_drive
+from hdprog.data.loop import Loop
+from hdprog.data.readers import read_loop
+from hdprog.data.tests_table import EVENTS, DriveTest, read_tests
+from hdprog.errors import BadInputError
+
+__all__ = [
+    "EVENTS",
+    "DriveFolder",
+    "DriveTest",
+    "read_drive_folder",
+    "read_test_loop",
+    "require_drive_folder",
+]
+
+
+@dataclass(frozen=True)
+class DriveFolder:
+    """A drive, and its tests by service hours."""
+
+    drive: Drive
+    tests: tuple[DriveTest, ...]
+    path: Path
+
+
+def require_drive_folder(path: Path) -> None:
+    """Refuse a path that is no drive folder.
+
+    Raises
+    ------
+    BadInputError
+        No such folder, or no drive.toml in it.
+    """
+    advice = "Give the path of a folder with drive.toml and tests.csv in it."
+    if not path.is_dir():
+        raise BadInputError(
+            "a file" if path.exists() else "no such folder", str(path), "a drive folder", advice
+        )
+    if not (path / "drive.toml").is_file():
+        raise BadInputError(
+            "a folder without drive.toml",
+            str(path),
+            "a drive folder",
+            f"{advice} A folder of several drive folders is for `hdprog fleet`.",
+        )
+
+
+def read_drive_folder(path: str | Path) -> DriveFolder:
+    """Read a drive and the list of its tests; the loops are read by `read_test_loop`.
+
+    Parameters
+    ----------
+    path : str or Path
+        The folder.
+
+    Raises
+    ------
+    BadInputError
+        A file that is missing, a drive.toml or tests.csv that is wrong, a loop file that is
+        missing or lies outside the folder.
+    """
+    path = Path(path)
+    require_drive_folder(path)
+    drive = read_drive(path)
+    tests, problems = read_tests(path)
+    if problems:
+        raise problems[0]
+    return DriveFolder(drive, tests, path)
+
+
+def read_test_loop(folder: DriveFolder, test: DriveTest) -> Loop:
+    """Read the loop of one test, with the columns and the selection that the drive declares.
+
+    Raises
+    ------
+    BadInputError
+        The file is not a usable record.
+    """
+    return read_loop(test.path, drive=folder.drive)

@@ -1,0 +1,122 @@
+"""Tables in Excel workbooks (.xlsx), with openpyxl from the extra `excel`."""
+
+from __future__ import annotations
+
+import datetime
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hdprog.data.columns import find_columns, find_selection
+from hdprog.data.row_parser import Block, Layout, RowParser, no_data
+from hdprog.errors import BadInputError
+
+if TYPE_CHECKING:
+    from openpyxl.workbook import Workbook
+
+__all__ = ["read_excel_table"]
+
+
+def read_excel_table(
+    path: Path,
+    columns: Mapping[str, str] | None = None,
+    select: Mapping[str, Sequence[str]] | None = None,
+) -> tuple[Layout, Block]:
+    """Read the columns of a loop from the only sheet of a workbook that holds anything.
+
+    Parameters
+    ----------
+    path : Path
+        An .xlsx file.
+    columns, select : mapping or None
+        As in `hdprog.data.readers.read_loop`.
+
+    Returns
+    -------
+    Layout, Block
+        What the header says, and the numbers of all rows, in the file's units.
+
+    Raises
+    ------
+    BadInputError
+        openpyxl is missing, this is no workbook, more than one sheet holds something, and what is
+        refused of a text file.
+    """
+    workbook = _open(path)
+    try:
+        filled = [sheet for sheet in workbook.worksheets if any(_rows(sheet.values))]
+        if len(filled) > 1:
+            raise BadInputError(
+                "several sheets that hold something: "
+                + ", ".join(f"'{sheet.title}'" for sheet in filled),
+                path.name,
+                "one sheet with the record",
+                "Save the sheet with the record as a file of its own, or as CSV.",
+            )
+        if not filled:
+            raise no_data(path.name, None)
+        rows = _rows(filled[0].values)
+        header_row, headers = next(rows)
+        first = next(rows, None)
+        if first is None:
+            raise no_data(path.name, header_row)
+        where = f"{path.name}, header in row {header_row}"
+        found = find_columns(headers, first[1], columns, where)
+        selection = find_selection(headers, select, where)
+        parser = RowParser(Layout(path.name, header_row, len(headers), found, selection), ".")
+        return parser.layout, parser.parse(_padded([first], len(headers), rows))
+    finally:
+        workbook.close()
+
+
+def _open(path: Path) -> Workbook:
+    try:
+        import openpyxl
+    except ImportError as error:
+        raise BadInputError(
+            "an Excel workbook, and no openpyxl to read it with",
+            path.name,
+            "the package openpyxl to be installed",
+            "Run `pip install 'hdprog[excel]'`, or save the sheet as CSV.",
+        ) from error
+    from openpyxl.utils.exceptions import InvalidFileException
+
+    try:
+        # The file's name need not end in .xlsx; its bytes do not lie.
+        return openpyxl.load_workbook(path.open("rb"), read_only=True, data_only=True)
+    except (InvalidFileException, zipfile.BadZipFile, KeyError, ValueError, OSError) as error:
+        raise BadInputError(
+            f"a zip archive that is no readable Excel workbook ({error})",
+            path.name,
+            "a CSV file, gzip of it, or .xlsx",
+            "Unpack the archive first, or save the sheet as CSV.",
+        ) from error
+
+
+def _rows(values: Iterator[tuple[object, ...]]) -> Iterator[tuple[int, list[str]]]:
+    """Yield number and cells of each row that is neither blank nor a comment."""
+    for row, cells in enumerate(values, start=1):
+        texts = [_text(cell) for cell in cells]
+        if any(texts) and not texts[0].startswith("#"):
+            while texts and not texts[-1]:
+                texts.pop()
+            yield row, texts
+
+
+def _text(cell: object) -> str:
+    """Return a cell as it would stand in a CSV file."""
+    if cell is None:
+        return ""
+    if isinstance(cell, datetime.datetime):
+        return cell.isoformat()
+    return repr(cell) if isinstance(cell, float) else str(cell).strip()
+
+
+def _padded(
+    start: Sequence[tuple[int, list[str]]], width: int, rows: Iterator[tuple[int, list[str]]]
+) -> Iterator[tuple[int, list[str]]]:
+    """Yield all rows with empty cells up to the width of the header: a sheet has no short rows."""
+    for part in (start, rows):
+        for row, cells in part:
+            yield row, cells + [""] * (width - len(cells))

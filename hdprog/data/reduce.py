@@ -1,0 +1,165 @@
+"""Long records reduced along the path: block averages between exact reversals.
+
+Blocks hold about equal shares of torque travelled and of readings, never cross a reversal, and
+carry the variance of torque inside them, so that a fit costs the same for any file length.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdprog.data.loop import Loop
+from hdprog.physics.parameters import FloatArray
+from hdprog.physics.torque_path import TorquePath
+
+MAX_BLOCKS = 300
+_TRAVEL_SHARE = (
+    0.7  # the rest of a block's length is counted in readings, so that holds have blocks
+)
+
+
+@dataclass(frozen=True)
+class ReducedLoop:
+    """A record as the likelihood sees it.
+
+    Attributes
+    ----------
+    path : torque path over the blocks, reversals exact
+    angle : (blocks,) mean angle in rad
+    count : (blocks,) readings in each block
+    position : (blocks,) mean index of a block's readings in the record
+    time : (blocks,) mean time in s, or None
+    block_of : (samples,) block of every reading; −1 where it was set aside
+    """
+
+    path: TorquePath
+    angle: FloatArray
+    count: FloatArray
+    position: FloatArray
+    time: FloatArray | None
+    block_of: NDArray[np.intp]
+
+
+def second_difference_noise(values: FloatArray) -> float:
+    """Noise of neighbouring readings about a smooth course, spikes apart.
+
+    The standard deviation that white noise would need to give the record's second differences,
+    the largest 5 % of them left out.
+
+    Parameters
+    ----------
+    values : (samples,) in order of recording
+
+    Returns
+    -------
+    float in the unit of the values; 0 for a noiseless straight course
+    """
+    second = values[1:-1] - 0.5 * (values[:-2] + values[2:])
+    kept = np.sort(np.abs(second))[: max(1, int(0.95 * second.size))]
+    # E[x² | |x| < 1.96 sd] = 0.7578 sd² for a Gaussian; var(second difference) = 1.5 sd².
+    return float(np.sqrt(np.mean(kept**2) / (0.7578 * 1.5)))
+
+
+def _window(torque: FloatArray, noise: float) -> int:
+    """Readings to average at a reversal: as many as make the bias no larger than the noise."""
+    rate = float(np.mean(np.abs(torque - torque[-1]))) / max(1, torque.size) * 2
+    if noise == 0.0 or torque.size < 20:
+        return 1
+    wanted = (4 * noise / max(rate, 1e-12)) ** (2 / 3)
+    return int(np.clip(wanted, 1, max(1, torque.size // 40)))
+
+
+def _reversal_torques(
+    torque: FloatArray, turning_points: NDArray[np.intp], noise: float
+) -> FloatArray:
+    """Denoised torque at the end of every stretch, (stretches,) in Nm."""
+    torques = np.empty(turning_points.size - 1)
+    for number, (start, end) in enumerate(itertools.pairwise(turning_points)):
+        half = _window(torque[start : end + 1], noise) // 2
+        after = min(end + half, torque.size - 1)
+        torques[number] = np.mean(torque[max(start, end - half) : after + 1])
+    return torques
+
+
+def _block_starts(
+    torque: FloatArray, turning_points: NDArray[np.intp], blocks: int
+) -> NDArray[np.intp]:
+    """Index of each block's first reading; a stretch's first block starts behind its reversal."""
+    n = torque.size
+    starts = [np.zeros(1, dtype=np.intp)]
+    cuts = turning_points.copy()
+    cuts[0] = -1
+    travel_total = np.abs(np.diff(torque[turning_points])).sum()
+    for first, last in zip(cuts[:-1] + 1, cuts[1:], strict=True):
+        stretch = torque[first : last + 1]
+        span = stretch[-1] - stretch[0]
+        rising = stretch if span >= 0 else -stretch
+        travel = np.maximum.accumulate(rising) - rising[0]
+        share = _TRAVEL_SHARE * travel / travel_total
+        share += (1 - _TRAVEL_SHARE) * np.arange(stretch.size) / n
+        pieces = max(2, round(blocks * float(share[-1])))
+        edges = np.searchsorted(share, np.linspace(0, share[-1], pieces, endpoint=False))
+        starts.append(np.unique(edges) + first)
+    return np.unique(np.concatenate(starts))
+
+
+def reduce_loop(
+    loop: Loop,
+    turning_points: NDArray[np.intp],
+    torque_noise: float,
+    kept: NDArray[np.bool_] | None = None,
+    max_blocks: int = MAX_BLOCKS,
+) -> ReducedLoop:
+    """Reduce a record to at most about `max_blocks` blocks; a short one keeps every reading.
+
+    Parameters
+    ----------
+    loop : the record
+    turning_points : indices of first reading, reversals and last reading
+    torque_noise : standard deviation of a torque reading in Nm, to denoise the reversals
+    kept : (samples,) False for readings to set aside as outliers
+    max_blocks : aim for the number of blocks
+    """
+    torque, angle = loop.torque, loop.angle
+    n = torque.size
+    kept = np.ones(n, dtype=bool) if kept is None else kept
+    starts = np.arange(n) if n <= max_blocks else _block_starts(torque, turning_points, max_blocks)
+    block_of = np.repeat(np.arange(starts.size), np.diff(np.append(starts, n)))
+    count = np.bincount(block_of, weights=kept.astype(float), minlength=starts.size)
+    full = count > 0
+    # A block whose readings were all set aside goes; block numbers close up behind it.
+    renumber = np.where(full, np.cumsum(full) - 1, -1)
+    stretch_of_start = np.searchsorted(turning_points[1:-1], starts, side="left")
+    block_of = np.where(kept, renumber[block_of], -1)
+    used = block_of >= 0
+    blocks = int(full.sum())
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.bincount(block_of[used], weights=values[used], minlength=blocks) / count[full]
+
+    mean_torque = mean(torque)
+    deviation = torque - mean_torque[np.maximum(block_of, 0)]
+    variance = mean(deviation**2)
+    # Noise of the torque readings is not travel inside the block.
+    variance = np.maximum(variance - torque_noise**2, 0.0) if n > max_blocks else variance * 0
+    stretches = stretch_of_start[full]
+    numbers = np.arange(turning_points.size - 1)
+    path = TorquePath(
+        torque=mean_torque,
+        starts=np.searchsorted(stretches, numbers, side="left"),
+        rising=np.diff(torque[turning_points]) > 0,
+        variance=variance if n > max_blocks else None,
+        reversal_torque=_reversal_torques(torque, turning_points, torque_noise),
+    )
+    return ReducedLoop(
+        path=path,
+        angle=mean(angle),
+        count=np.asarray(count[full], dtype=np.float64),
+        position=mean(np.arange(n, dtype=np.float64)),
+        time=mean(loop.time) if loop.time is not None else None,
+        block_of=block_of,
+    )

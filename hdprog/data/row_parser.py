@@ -1,0 +1,215 @@
+"""Rows of cells to numbers, one at a time: what decides, and names the cell that is wrong."""
+
+from __future__ import annotations
+
+import datetime
+import math
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdprog.data.columns import Column
+from hdprog.data.numbers import is_number
+from hdprog.errors import BadInputError
+from hdprog.units import ISO_8601, find_unit
+
+__all__ = ["Block", "Layout", "RowParser", "matches", "no_data"]
+
+_EPOCH = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
+_MICROSECOND = datetime.timedelta(microseconds=1)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What a table's header says, and where that is.
+
+    Parameters
+    ----------
+    file : str
+        The file's name, for messages.
+    header_row : int
+        Row of the header, from 1.
+    width : int
+        Number of columns.
+    columns : tuple of Column
+        The columns to read.
+    selection : tuple of (int, frozenset of str)
+        Places of columns, with the values of the rows to keep.
+    """
+
+    file: str
+    header_row: int
+    width: int
+    columns: tuple[Column, ...]
+    selection: tuple[tuple[int, frozenset[str]], ...] = ()
+
+
+@dataclass(frozen=True)
+class Block:
+    """Some rows as numbers: role → values in the unit of the file, and each sample's row.
+
+    Times in ISO 8601 are whole nanoseconds since 1970.
+    """
+
+    values: dict[str, NDArray[np.generic]]
+    rows: NDArray[np.int64]
+
+
+def matches(cell: str, wanted: frozenset[str]) -> bool:
+    """Tell whether a cell holds one of the values, as text or as a number."""
+    cell = cell.strip()
+    if cell in wanted:
+        return True
+    if not is_number(cell):
+        return False
+    return any(is_number(value) and float(value) == float(cell) for value in wanted)
+
+
+def no_data(file: str, header_row: int | None) -> BadInputError:
+    """Return the error for a table that ends before its first row of data."""
+    return BadInputError(
+        "nothing in it" if header_row is None else "no row of data below the header",
+        file if header_row is None else f"{file}, after row {header_row}",
+        "a header and one row a sample",
+        "Export the record again: the file is empty, or was cut short.",
+    )
+
+
+@dataclass
+class RowParser:
+    """Parses rows in the order of the file and remembers what spans more than one of them.
+
+    `decimal` is the decimal sign once it is known, `empty_row` the first row without any value:
+    such rows may only stand at the end.
+    """
+
+    layout: Layout
+    decimal: str | None = None
+    empty_row: int | None = field(default=None, init=False)
+
+    def parse(self, rows: Iterable[tuple[int, Sequence[str]]]) -> Block:
+        """Turn rows, each with its number in the file, into numbers.
+
+        Raises
+        ------
+        BadInputError
+            A ragged row, or a cell that is not a finite number.
+        """
+        layout = self.layout
+        values: dict[str, list[float]] = {column.role: [] for column in layout.columns}
+        kept: list[int] = []
+        for row, cells in rows:
+            if not any(cell.strip() for cell in cells):
+                self.empty_row = self.empty_row or row
+                continue
+            self.refuse_empty_row()
+            if len(cells) != layout.width:
+                raise self._ragged(row, cells)
+            if not all(matches(cells[index], wanted) for index, wanted in layout.selection):
+                continue
+            kept.append(row)
+            for column in layout.columns:
+                cell = cells[column.index].strip()
+                if column.unit is ISO_8601:
+                    values[column.role].append(self._nanoseconds(cell, row, column))
+                else:
+                    values[column.role].append(self._number(cell, row, column))
+        arrays: dict[str, NDArray[np.generic]] = {
+            column.role: np.array(
+                values[column.role], dtype=np.int64 if column.unit is ISO_8601 else np.float64
+            )
+            for column in layout.columns
+        }
+        return Block(arrays, np.array(kept, dtype=np.int64))
+
+    def refuse_empty_row(self) -> None:
+        """Refuse an empty row that turns out not to be at the end of the file."""
+        if self.empty_row is not None:
+            raise BadInputError(
+                "a row without any value, with rows of data after it",
+                f"{self.layout.file}, row {self.empty_row}",
+                "a value in every column that is read",
+                "Fill the row in, or remove it.",
+            )
+
+    def _number(self, cell: str, row: int, column: Column) -> float:
+        text = cell
+        if "," in cell and self.decimal != "." and "." not in cell:
+            self.decimal = ","
+            text = cell.replace(",", ".")
+        elif "." in cell and self.decimal is None:
+            self.decimal = "."
+        elif "." in cell and self.decimal == ",":
+            raise self._bad_cell(cell, row, column)
+        if not is_number(text):
+            raise self._bad_cell(cell, row, column)
+        value = float(text)
+        if not math.isfinite(value):
+            raise self._bad_cell(cell, row, column)
+        return value
+
+    def _nanoseconds(self, cell: str, row: int, column: Column) -> int:
+        try:
+            stamp = datetime.datetime.fromisoformat(cell)
+        except ValueError:
+            raise self._error(
+                f"'{cell}'" if cell else "an empty cell",
+                row,
+                column,
+                "a date and time in ISO 8601, like 2025-03-09T14:21:08.5",
+                "Correct the cell, or record the time in seconds as time_s.",
+            ) from None
+        if stamp.tzinfo is None:
+            stamp = stamp.replace(tzinfo=datetime.UTC)
+        return (stamp - _EPOCH) // _MICROSECOND * 1000
+
+    def _error(
+        self, found: str, row: int, column: Column, expected: str, advice: str
+    ) -> BadInputError:
+        where = f"{self.layout.file}, row {row}, column '{column.header}'"
+        return BadInputError(found, where, expected, advice)
+
+    def _bad_cell(self, cell: str, row: int, column: Column) -> BadInputError:
+        """Name a cell that is no finite number, and what may lie behind it."""
+        found, expected = f"the text '{cell[:60]}'", "a number"
+        advice = "Correct the cell, or remove the row."
+        folded = cell.casefold().lstrip("+-")
+        if not cell:
+            found = "an empty cell"
+            advice = "Fill the cell in, or remove the row."
+        elif folded in {"nan", "na", "n/a", "null", "none"}:
+            found, expected = f"'{cell}' (no value)", "a finite number"
+        elif folded in {"inf", "infinity"} or is_number(cell.replace(",", ".")):
+            found, expected = f"'{cell}'", "a finite number"
+            if "," in cell or "." in cell:
+                expected = f"a number with the decimal sign '{self.decimal or '.'}' as before"
+                advice = "Write all numbers of the file with the same decimal sign."
+        elif re.fullmatch(r"[+-]?\d{1,3}(?:[.,' ]\d{3})+(?:[.,]\d+)?", cell):
+            advice = "Export the file without thousands separators."
+        elif row == self.layout.header_row + 1 and find_unit(cell.strip("[]()")) is not None:
+            advice = (
+                "A row of units is not read: write the units into the header, like torque_Nm, and "
+                "remove the row."
+            )
+        elif column.role == "time" and ":" in cell:
+            expected = "a number, as the column's unit says"
+            advice = "Record the time in seconds, or as ISO 8601 (2025-03-09T14:21:08.5)."
+        return self._error(found, row, column, expected, advice)
+
+    def _ragged(self, row: int, cells: Sequence[str]) -> BadInputError:
+        width = self.layout.width
+        advice = "Correct or remove the row; it may be cut short, or hold a column sign too many."
+        if len(cells) in {2 * width, 2 * width - 1}:
+            advice = (
+                "If the numbers have decimal commas, export the file with semicolons or tabs "
+                "between the columns."
+            )
+        return BadInputError(
+            f"{len(cells)} cells",
+            f"{self.layout.file}, row {row}",
+            f"{width}, as many as the header in row {self.layout.header_row} has",
+            advice,
+        )

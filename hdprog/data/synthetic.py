@@ -1,0 +1,201 @@
+"""Simulated drive folders whose truth is known and written beside them."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hdprog.atomic import atomic_directory
+from hdprog.data.wear_path import SCENARIOS, worn_parameters
+from hdprog.errors import UsageError
+from hdprog.physics.drive_model import predict
+from hdprog.physics.figures import FigureRequest, Operation, figures
+from hdprog.physics.parameters import FloatArray, Parameters
+
+RATED_TORQUE = 63.0
+ALPHA = math.radians(30.0)
+TORQUE_STEP, ANGLE_STEP = 0.1, 9.77e-6  # resolution of the published rig (Table 1)
+TORQUE_NOISE, ANGLE_NOISE = 0.03, 1.0e-5
+HORIZON = 20_000.0
+REMOUNTING = 0.01  # relative scatter of each parameter from one mounting to the next
+LIMITS: tuple[tuple[FigureRequest, str, float], ...] = (
+    (FigureRequest("lost_motion_arcmin"), "above", 2.0),
+    (FigureRequest("secant_stiffness_Nm_per_rad", 14.0), "below", 13_000.0),
+    (FigureRequest("hysteresis_width_arcmin"), "below", 0.30),
+)
+_LOADING_RATE = 2.0  # Nm/s
+_DRIVE_TOML = """\
+[drive]
+id = "{name}"
+model = "CSF-25-80"
+ratio = 80
+alpha_deg = 30.0
+rated_torque_Nm = 63.0
+
+[noise]
+torque_resolution_Nm = 0.1
+angle_resolution_rad = 9.77e-6
+
+[prior]
+file = "csf-25-80"
+{limits}
+[forecast]
+horizon_hours = 20000.0
+acceptable_risk = 0.05
+next_shutdown_hours = 1500.0
+"""
+
+
+def torque_history(max_torque: float, samples: int, cycles: int, *, one_sided: bool) -> FloatArray:
+    """Triangular torque from zero through whole cycles back to zero, (samples,) in Nm."""
+    turns = [0.0]
+    for _ in range(cycles):
+        turns += [max_torque, 0.0] if one_sided else [max_torque, -max_torque]
+    if turns[-1] != 0.0:
+        turns.append(0.0)
+    travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(turns)))])
+    return np.interp(np.linspace(0.0, travelled[-1], samples), travelled, turns)
+
+
+def measured_loop(
+    parameters: Mapping[str, float], torque: FloatArray, rng: np.random.Generator
+) -> dict[str, FloatArray]:
+    """What a rig records: time, torque and angle with noise, resolution and an arbitrary zero.
+
+    Parameters
+    ----------
+    parameters : scalars by name
+    torque : (samples,) true torque in Nm
+
+    Returns
+    -------
+    columns by header, (samples,) each
+    """
+    initial = rng.uniform(-1.0, 1.0) * 1e-4
+    values = {name: np.asarray(value) for name, value in parameters.items()}
+    angle = predict(torque, values, ALPHA, initial_slip=initial)
+    angle = angle + rng.uniform(-1e-3, 1e-3) + ANGLE_NOISE * rng.standard_normal(angle.size)
+    read = torque + TORQUE_NOISE * rng.standard_normal(torque.size)
+    travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(torque)))])
+    return {
+        "time_s": travelled / _LOADING_RATE,
+        "torque_Nm": np.round(read / TORQUE_STEP) * TORQUE_STEP,
+        "angle_rad": np.round(angle / ANGLE_STEP) * ANGLE_STEP,
+    }
+
+
+def write_drive_folder(
+    out: Path,
+    *,
+    seed: int,
+    scenario: str,
+    tests: int,
+    hours: float,
+    cycles: int,
+    samples: int,
+    max_torque_Nm: float,
+    one_sided: bool,
+    command: str,
+) -> Path:
+    """Simulate a drive and write its folder, `truth.json` included.
+
+    Parameters
+    ----------
+    out : folder to write; files in it are replaced
+    seed : of everything random
+    scenario : a name in `SCENARIOS`
+    tests, hours : number of tests, and service hours of the last
+    cycles, samples, max_torque_Nm, one_sided : the loop of each test
+
+    Returns
+    -------
+    the folder
+
+    Raises
+    ------
+    UsageError
+        if the loop asked for cannot be measured
+    """
+    if max_torque_Nm <= 0 or samples < 20 * cycles:
+        raise UsageError(
+            f"--max-torque, --samples: found {max_torque_Nm:g} Nm and {samples} samples for "
+            f"{cycles} cycles; expected a torque above zero and 20 samples a cycle or more"
+        )
+    rng = np.random.default_rng(seed)
+    spacing = rng.uniform(0.8, 1.2, max(tests - 1, 1))
+    at = np.concatenate([[0.0], np.cumsum(spacing) / spacing.sum() * hours])[:tests]
+    at = np.round(at, 1)
+    grid = np.unique(np.concatenate([at, np.arange(0.0, HORIZON + 1, 5.0)]))
+    wear = SCENARIOS[scenario].course(grid, rng)
+    course = worn_parameters(wear)
+    torque = torque_history(max_torque_Nm, samples, cycles, one_sided=one_sided)
+    rows, truth_tests = [], []
+    with atomic_directory(out) as folder:
+        (folder / "loops").mkdir()
+        for number, moment in enumerate(at, start=1):
+            index = int(np.searchsorted(grid, moment))
+            state = {name: float(values[index]) for name, values in course.items()}
+            mounted = {
+                name: value * float(np.exp(REMOUNTING * rng.standard_normal()))
+                for name, value in state.items()
+            }
+            name = f"t{number:02d}"
+            table = measured_loop(mounted, torque, rng)
+            _write_loop(folder / "loops" / f"{name}.csv", table)
+            rows.append(f"{name},loops/{name}.csv,{moment:g}")
+            truth_tests.append(
+                {"test_id": name, "service_hours": moment, "state": state, "mounted": mounted}
+            )
+        truth = {
+            "made_by": command,
+            "seed": seed,
+            "scenario": scenario,
+            "remounting_scatter": REMOUNTING,
+            "tests": truth_tests,
+            "crossing_hours": _crossings(grid, course),
+            "horizon_hours": HORIZON,
+        }
+        limits = "".join(_limit_toml(*limit) for limit in LIMITS)
+        (folder / "drive.toml").write_text(
+            _DRIVE_TOML.format(name=out.name, limits=limits), "utf-8"
+        )
+        (folder / "tests.csv").write_text(
+            "test_id,file,service_hours\n" + "\n".join(rows) + "\n", "utf-8"
+        )
+        (folder / "truth.json").write_text(json.dumps(truth, indent=1) + "\n", "utf-8")
+    return out
+
+
+def _crossings(grid: FloatArray, course: Parameters) -> dict[str, float | None]:
+    """Service hours at which the drive's own state first passes each limit; None past the end."""
+    operation = Operation(ALPHA, RATED_TORQUE, RATED_TORQUE)
+    values = figures([request for request, _, _ in LIMITS], course, operation)
+    crossings: dict[str, float | None] = {}
+    for request, direction, threshold in LIMITS:
+        figure = values[request.key]
+        past = figure > threshold if direction == "above" else figure < threshold
+        crossings[request.key] = float(grid[np.argmax(past)]) if past.any() else None
+    return crossings
+
+
+def _limit_toml(request: FigureRequest, direction: str, threshold: float) -> str:
+    lines: list[Any] = ["", "[[limits]]", f'quantity = "{request.quantity}"']
+    if request.at_torque_Nm is not None:
+        lines.append(f"at_torque_Nm = {request.at_torque_Nm}")
+    return "\n".join([*lines, f"{direction} = {threshold}", ""])
+
+
+def _write_loop(path: Path, table: dict[str, FloatArray]) -> None:
+    formats = {"time_s": "{:.3f}", "torque_Nm": "{:.1f}", "angle_rad": "{:.8f}"}
+    lines = [",".join(table)]
+    rows = zip(*table.values(), strict=True)
+    lines += [
+        ",".join(formats[name].format(value) for name, value in zip(table, row, strict=True))
+        for row in rows
+    ]
+    path.write_text("\n".join(lines) + "\n", "utf-8")

@@ -1,0 +1,281 @@
+"""The tests of a drive, as tests.csv lists them."""
+
+from __future__ import annotations
+
+import csv
+import datetime
+import difflib
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path, PureWindowsPath
+
+from hdprog.data.numbers import is_number
+from hdprog.data.text_stream import decode, line_blocks, require_file
+from hdprog.data.text_table import column_sign
+from hdprog.errors import BadInputError
+
+__all__ = ["EVENTS", "DriveTest", "read_tests"]
+
+EVENTS = ("regreased", "reassembled", "replaced")
+"""What may have happened to a drive before a test; the trend treats each as a break."""
+
+_REQUIRED = ("test_id", "file", "service_hours")
+_KNOWN = (
+    *_REQUIRED,
+    "date",
+    "temperature_C",
+    "note",
+    "event",
+    "mean_torque_Nm",
+    "mean_speed_rpm",
+)
+
+
+@dataclass(frozen=True)
+class DriveTest:
+    """One test of a drive, in the order of tests.csv's columns.
+
+    Parameters
+    ----------
+    test_id : str
+        Unique in the folder, fit for a file's name.
+    path : Path
+        The loop file.
+    service_hours : float
+        Hours in service when the test was made.
+    date : datetime.date or None
+        The day of the test.
+    temperature_C : float or None
+        Temperature of the drive.
+    note : str or None
+        Anything.
+    event : str or None
+        One of `EVENTS`: what was done to the drive since the test before.
+    mean_torque_Nm, mean_speed_rpm : float or None
+        Load since the test before.
+    """
+
+    test_id: str
+    path: Path
+    service_hours: float
+    date: datetime.date | None = None
+    temperature_C: float | None = None
+    note: str | None = None
+    event: str | None = None
+    mean_torque_Nm: float | None = None
+    mean_speed_rpm: float | None = None
+
+
+def read_tests(folder: Path) -> tuple[tuple[DriveTest, ...], tuple[BadInputError, ...]]:
+    """Read tests.csv of a drive folder, row by row, past the rows that are wrong.
+
+    Parameters
+    ----------
+    folder : Path
+        The drive folder.
+
+    Returns
+    -------
+    tests : tuple of DriveTest
+        The sound rows, by service hours.
+    problems : tuple of BadInputError
+        One for each row that is wrong.
+
+    Raises
+    ------
+    BadInputError
+        No readable tests.csv, a header that lacks a column, or no test at all.
+    """
+    path = folder / "tests.csv"
+    if not path.exists():
+        raise BadInputError(
+            "no tests.csv",
+            str(folder),
+            "a table of the drive's tests with the columns " + ",".join(_REQUIRED),
+            "Write one with a row for each loop file, such as t01,loops/t01.csv,0.",
+        )
+    require_file(path)
+    rows = _rows(path)
+    if not rows:
+        raise _error(path, None, "nothing in it", "a header and one row a test", "Fill it in.")
+    header_row, header = rows[0]
+    _check_header(path, header_row, header)
+    tests: list[DriveTest] = []
+    problems: list[BadInputError] = []
+    for row, cells in rows[1:]:
+        try:
+            test = _test(path, row, header, cells)
+            if any(other.test_id == test.test_id for other in tests):
+                raise _error(
+                    path,
+                    row,
+                    f"test_id '{test.test_id}' a second time",
+                    "each test_id once",
+                    "Give the test a name of its own.",
+                )
+            tests.append(test)
+        except BadInputError as error:
+            problems.append(error)
+    if not tests and not problems:
+        raise _error(
+            path, header_row, "a header and no test below it", "one row a test", "Add the tests."
+        )
+    return tuple(sorted(tests, key=lambda test: test.service_hours)), tuple(problems)
+
+
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Return row number and cells of each row that is neither blank nor a comment."""
+    lines = decode(b"".join(line_blocks(path))).split("\n")
+    header = next((line for line in lines if line.strip() and not line.startswith("#")), ",")
+    reader = csv.reader((line + "\n" for line in lines), delimiter=column_sign(header))
+    rows = []
+    for cells in reader:
+        texts = [cell.strip() for cell in cells]
+        if any(texts) and not texts[0].startswith("#"):
+            rows.append((reader.line_num, texts))
+    return rows
+
+
+def _check_header(path: Path, row: int, header: list[str]) -> None:
+    for name in header:
+        near = difflib.get_close_matches(name, _KNOWN, n=1, cutoff=0.75)
+        if name and header.count(name) > 1:
+            raise _error(path, row, f"the column {name} twice", "each column once", "Remove one.")
+        if near and name not in _KNOWN:
+            raise _error(
+                path, row, f"the column '{name}'", "other names", f"Did you mean {near[0]}?"
+            )
+    for name in _REQUIRED:
+        if name not in header:
+            raise _error(
+                path,
+                row,
+                f"no column {name} among {', '.join(header)}",
+                "at least " + ", ".join(_REQUIRED),
+                f"Add the column {name}, separated by commas.",
+            )
+
+
+def _test(path: Path, row: int, header: list[str], cells: list[str]) -> DriveTest:
+    if len(cells) > len(header) and not any(cells[len(header) :]):
+        cells = cells[: len(header)]
+    if len(cells) != len(header):
+        raise _error(
+            path,
+            row,
+            f"{len(cells)} cells",
+            f"{len(header)}, as many as the header has",
+            "Correct the row; a comma inside a note needs quotation marks around the note.",
+        )
+    texts = dict(zip(header, cells, strict=True))
+    hours = _number(path, row, texts, "service_hours")
+    if hours is None:
+        raise _error(path, row, "no service_hours", "hours in service", "Fill the cell in.")
+    return DriveTest(
+        test_id=_test_id(path, row, texts["test_id"]),
+        path=_loop_path(path, row, texts["file"]),
+        service_hours=hours,
+        date=_date(path, row, texts.get("date", "")),
+        temperature_C=_number(path, row, texts, "temperature_C", lowest=-273.15),
+        note=texts.get("note") or None,
+        event=_event(path, row, texts.get("event", "")),
+        mean_torque_Nm=_number(path, row, texts, "mean_torque_Nm"),
+        mean_speed_rpm=_number(path, row, texts, "mean_speed_rpm"),
+    )
+
+
+def _test_id(path: Path, row: int, text: str) -> str:
+    # Results are stored in files of this name.
+    if re.fullmatch(r"[\w+\-][\w+\-. ]*", text) and len(text) <= 100 and not text.endswith("."):
+        return text
+    raise _error(
+        path,
+        row,
+        f"test_id '{text}'" if text else "no test_id",
+        "a name of letters, digits, _ - + . or spaces, at most 100 of them",
+        "Rename the test, for example t01.",
+    )
+
+
+def _loop_path(path: Path, row: int, text: str) -> Path:
+    """Return the path of a loop file; it must lie in the drive folder."""
+    if not text:
+        raise _error(path, row, "no file", "the path of the loop file", "Fill the cell in.")
+    folder = path.parent
+    windows = PureWindowsPath(text)
+    inside = not windows.drive and not windows.root
+    found = folder / windows.as_posix()
+    try:
+        inside = inside and found.resolve().is_relative_to(folder.resolve())
+    except (OSError, ValueError):  # a path that no file can have
+        inside = False
+    if not inside:
+        raise _error(
+            path,
+            row,
+            f"the file '{text}', which is outside the drive folder",
+            "a path inside the drive folder, such as loops/t01.csv",
+            "Copy the file into the drive folder and correct the path.",
+        )
+    if not found.is_file():
+        raise _error(
+            path,
+            row,
+            f"the file '{text}', which does not exist",
+            "the path of a loop file, seen from the drive folder",
+            "Correct the path, or copy the file there.",
+        )
+    return found
+
+
+def _date(path: Path, row: int, text: str) -> datetime.date | None:
+    if not text:
+        return None
+    try:
+        return datetime.datetime.fromisoformat(text).date()
+    except ValueError:
+        raise _error(
+            path,
+            row,
+            f"the date '{text}'",
+            "a date in ISO 8601, like 2025-03-09",
+            "Write year, month and day in this order.",
+        ) from None
+
+
+def _event(path: Path, row: int, text: str) -> str | None:
+    if not text or text in EVENTS:
+        return text or None
+    raise _error(
+        path,
+        row,
+        f"the event '{text}'",
+        "nothing, or one of " + ", ".join(EVENTS),
+        "Correct the cell; anything else belongs into the note.",
+    )
+
+
+def _number(
+    path: Path, row: int, texts: Mapping[str, str], name: str, lowest: float = 0.0
+) -> float | None:
+    text = texts.get(name, "")
+    if not text:
+        return None
+    plain = text.replace(",", ".")
+    value = float(plain) if is_number(plain) else math.nan
+    if not math.isfinite(value) or value < lowest:
+        raise _error(
+            path,
+            row,
+            f"{name} = '{text}'",
+            f"a number not below {lowest:g}",
+            "Correct the cell." + (" Unknown values stay empty." if name not in _REQUIRED else ""),
+        )
+    return value
+
+
+def _error(path: Path, row: int | None, found: str, expected: str, advice: str) -> BadInputError:
+    where = str(path) if row is None else f"{path}, row {row}"
+    return BadInputError(found, where, expected, advice)

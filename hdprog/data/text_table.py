@@ -1,0 +1,238 @@
+"""Tables as text: the header and its column sign, then blocks of rows, fast where they are clean.
+
+Each block of rows goes to pandas' C parser. Where that stumbles, or where the block's shape is not
+plain, `RowParser` reads the same block cell by cell: it decides, and names what is wrong.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdprog.data.columns import find_columns, find_selection
+from hdprog.data.row_parser import Block, Layout, RowParser, matches, no_data
+from hdprog.data.text_stream import decode, line_blocks
+from hdprog.units import ISO_8601
+
+__all__ = ["read_text_table", "split_line"]
+
+_MOST_ODD_LINES = 10_000
+
+
+def split_line(line: str, sign: str) -> list[str]:
+    """Split one line into cells at a column sign; a space stands for any white space."""
+    if sign == " ":
+        line = " ".join(line.split())
+    return next(csv.reader([line], delimiter=sign), [])
+
+
+def column_sign(header: str) -> str:
+    """Return the sign between the columns of a header line; a space where there is none."""
+    return next((sign for sign in "\t;|," if sign in header), " ")
+
+
+def read_text_table(
+    path: Path,
+    columns: Mapping[str, str] | None = None,
+    select: Mapping[str, Sequence[str]] | None = None,
+) -> tuple[Layout, Block]:
+    """Read the columns of a loop from a text file.
+
+    Parameters
+    ----------
+    path : Path
+        CSV, TSV, or with semicolons, bars or white space between the columns; gzip of it.
+    columns, select : mapping or None
+        As in `hdprog.data.readers.read_loop`.
+
+    Returns
+    -------
+    Layout, Block
+        What the header says, and the numbers of all rows, in the file's units.
+
+    Raises
+    ------
+    BadInputError
+        No text, no header, a ragged row, a cell that is not a finite number, and what
+        `find_columns` refuses.
+    """
+    reader = _TextTable(path.name, columns, select)
+    blocks = [block for text in line_blocks(path) for block in reader.read(text)]
+    layout = reader.finished_layout()
+    roles = [column.role for column in layout.columns]
+    return layout, Block(
+        {role: np.concatenate([block.values[role] for block in blocks]) for role in roles},
+        np.concatenate([block.rows for block in blocks]),
+    )
+
+
+class _TextTable:
+    """Takes blocks of lines in order; knows at which row of the file it is."""
+
+    def __init__(
+        self,
+        name: str,
+        columns: Mapping[str, str] | None,
+        select: Mapping[str, Sequence[str]] | None,
+    ) -> None:
+        self.name = name
+        self.columns = columns
+        self.select = select
+        self.row = 1
+        self.sign: str | None = None
+        self.header: tuple[int, list[str]] | None = None
+        self.parser: RowParser | None = None
+
+    def read(self, text: bytes) -> Iterator[Block]:
+        """Yield the numbers of a block of lines; nothing before the first row of data."""
+        start = 0
+        while self.parser is None and start < len(text):
+            end = text.index(b"\n", start)
+            if not self._take_head_line(decode(text[start:end]).strip(" ")):
+                self.row += 1
+                start = end + 1
+        text = text[start:]
+        if self.parser is None or not text:
+            return
+        if not text.isascii():
+            text = decode(text).encode()
+        if self.sign == " ":
+            text = b"".join(b" ".join(line.split()) + b"\n" for line in text.split(b"\n")[:-1])
+        block = self._fast(text, self.parser)
+        yield block if block is not None else self.parser.parse(self._cells(text))
+        self.row += text.count(b"\n")
+
+    def finished_layout(self) -> Layout:
+        """Return the layout; refuse a file that had no header or no row of data."""
+        if self.parser is None:
+            raise no_data(self.name, None if self.header is None else self.header[0])
+        return self.parser.layout
+
+    def _take_head_line(self, line: str) -> bool:
+        """Look at a line before the data; tell whether it is the first row of data."""
+        if not line.strip() or line.lstrip().startswith("#"):
+            return False
+        if self.header is None:
+            if self.sign is None and line.lower().startswith("sep=") and len(line) == 5:
+                self.sign = line[4]  # a hint for Excel, which it also writes
+                return False
+            self.sign = self.sign or column_sign(line)
+            self.header = (self.row, split_line(line, self.sign))
+            return False
+        header_row, headers = self.header
+        first = split_line(line, self.sign or ",")
+        where = f"{self.name}, header in row {header_row}"
+        found = find_columns(headers, first, self.columns, where)
+        selection = find_selection(headers, self.select, where)
+        self.parser = RowParser(Layout(self.name, header_row, len(headers), found, selection))
+        return True
+
+    def _cells(self, text: bytes) -> Iterator[tuple[int, list[str]]]:
+        """Yield row number and cells of each line that is neither blank nor a comment."""
+        for row, line in enumerate(text.decode().split("\n")[:-1], start=self.row):
+            if line.strip() and not line.lstrip().startswith("#"):
+                yield row, split_line(line, self.sign or ",")
+
+    def _fast(self, text: bytes, parser: RowParser) -> Block | None:
+        """Read a block with pandas; None where `RowParser` has to decide."""
+        sign = self.sign or ","
+        if b'"' in text:
+            return None
+        plain = _plain_rows(text, sign.encode(), parser.layout.width, self.row)
+        if plain is None:
+            return None
+        text, rows = plain
+        if rows.size == 0:
+            return parser.parse(())
+        parser.refuse_empty_row()
+        if parser.decimal is None and b"." in text and sign == ",":
+            parser.decimal = "."
+        # The first line shows the decimal sign more often than not.
+        first_line = split_line(text.partition(b"\n")[0].decode(), sign)
+        parser.parse([(int(rows[0]), first_line)])
+        if parser.decimal is None and (b"." in text or (b"," in text and sign != ",")):
+            return None
+        return _parse(text, sign, parser, rows)
+
+
+def _plain_rows(
+    text: bytes, sign: bytes, width: int, first_row: int
+) -> tuple[bytes, NDArray[np.int64]] | None:
+    """Return the lines of data and the row of each; None where one has another number of cells."""
+    characters = np.frombuffer(text, dtype=np.uint8)
+    ends = np.flatnonzero(characters == ord("\n"))
+    signs = np.flatnonzero(characters == sign[0])
+    before = np.searchsorted(signs, ends)
+    starts = np.concatenate(([0], ends[:-1] + 1))
+    odd = (np.diff(before, prepend=0) != width - 1) | (characters[starts] == ord("#"))
+    rows = np.arange(first_row, first_row + ends.size, dtype=np.int64)
+    if not odd.any():
+        return text, rows
+    odd_lines = np.flatnonzero(odd)
+    if odd_lines.size > _MOST_ODD_LINES:
+        return None
+    for number in odd_lines:
+        line = text[starts[number] : ends[number]].strip()
+        if line and not line.startswith(b"#"):
+            return None
+    dropped = set(odd_lines.tolist())
+    lines = [line for number, line in enumerate(text.split(b"\n")) if number not in dropped]
+    return b"\n".join(lines), rows[~odd]
+
+
+def _parse(text: bytes, sign: str, parser: RowParser, rows: NDArray[np.int64]) -> Block | None:
+    """Read plain rows with pandas; None where a cell is not what it should be."""
+    import pandas as pd
+
+    layout = parser.layout
+    kinds: dict[int, Literal["category", "str", "float64"]] = {
+        column.index: "str" if column.unit is ISO_8601 else "float64" for column in layout.columns
+    }
+    for index, _ in layout.selection:
+        if index in kinds:  # both read and selected by
+            return None
+        kinds[index] = "category"
+    try:
+        frame = pd.read_csv(
+            io.BytesIO(text),
+            sep=sign,
+            header=None,
+            names=list(range(layout.width)),
+            usecols=sorted(kinds),
+            dtype=kinds,
+            decimal=parser.decimal or ".",
+            na_filter=False,
+            index_col=False,
+            engine="c",
+            low_memory=False,
+            quoting=csv.QUOTE_NONE,
+        )
+        for index, wanted in layout.selection:
+            marks = frame[index].cat
+            frame = frame[marks.codes.isin(_codes(marks.categories, wanted))]
+        values: dict[str, NDArray[np.generic]] = {}
+        for column in layout.columns:
+            cells = frame[column.index]
+            if column.unit is ISO_8601:
+                stamps = pd.to_datetime(cells, format="ISO8601", utc=True)
+                values[column.role] = stamps.dt.as_unit("ns").astype("int64").to_numpy()
+                continue
+            numbers = cells.to_numpy()
+            # pandas takes a column of True and False for ones and zeros.
+            if not np.isfinite(numbers).all() or np.isin(numbers, (0.0, 1.0)).all():
+                return None
+            values[column.role] = numbers
+    except (ValueError, OverflowError):  # pandas' parser errors are ValueErrors
+        return None
+    return Block(values, rows[frame.index.to_numpy()])
+
+
+def _codes(categories: Iterable[str], wanted: frozenset[str]) -> list[int]:
+    """Return the numbers of the categories that are wanted."""
+    return [number for number, cell in enumerate(categories) if matches(str(cell), wanted)]

@@ -1,0 +1,98 @@
+"""The least that a record must hold: below it, it is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdprog.data.loop import Loop
+from hdprog.data.turning_points import smallest_swing
+from hdprog.errors import BadInputError
+
+__all__ = ["branch_coverage", "require_usable"]
+
+_FEWEST_SAMPLES = 20
+# A loading or unloading counts as full from here on; 1 would refuse a record that stops a little
+# above the torque at which it began.
+_FULL_SHARE = 2.0 / 3.0
+_SIDE_SHARE = 0.2  # of the largest torque: less on a side is noise or overshoot
+
+
+def require_usable(loop: Loop, turns: NDArray[np.intp]) -> None:
+    """Refuse a record from which no loop can be seen.
+
+    Parameters
+    ----------
+    loop : Loop
+        The record.
+    turns : ndarray of int
+        Its turning points.
+
+    Raises
+    ------
+    BadInputError
+        Fewer than 20 samples, constant torque or angle, or less than one full loading and
+        unloading.
+    """
+    if len(loop) < _FEWEST_SAMPLES:
+        raise BadInputError(
+            f"{len(loop)} samples",
+            loop.source,
+            f"at least {_FEWEST_SAMPLES}, and some hundred for a useful fit",
+            "Record more samples a loop.",
+        )
+    for name, values, unit in (("torque", loop.torque, "Nm"), ("angle", loop.angle, "rad")):
+        if np.ptp(values) == 0:
+            raise BadInputError(
+                f"the same {name} of {values[0]:.6g} {unit} in all {len(loop)} samples",
+                f"{loop.source}, {name}",
+                f"{name} that changes",
+                "Check that the right column is read, with --columns, and that its sensor is on.",
+            )
+    low, high = float(loop.torque.min()), float(loop.torque.max())
+    if high - low < smallest_swing(loop.torque):
+        raise BadInputError(
+            f"a torque that stays between {low:.4g} and {high:.4g} Nm and changes no more than "
+            "its noise",
+            f"{loop.source}, torque",
+            "at least one full loading and unloading",
+            "Check that the right column is read, with --columns, and record a whole loop.",
+        )
+    rise, fall = branch_coverage(loop.torque[turns])
+    if min(rise, fall) < _FULL_SHARE:
+        start, end = loop.torque[0], loop.torque[-1]
+        raise BadInputError(
+            f"torque that begins at {start:.4g} Nm, ends at {end:.4g} Nm and stays within "
+            f"{low:.4g} to {high:.4g} Nm: the loading covers {rise:.0%} of that side and the "
+            f"unloading {fall:.0%}",
+            f"{loop.source}, torque",
+            "at least one full loading and unloading",
+            "Record until the torque is back where it began; check that the rows are in the order "
+            "of recording and that --select keeps all rows of a cycle.",
+        )
+
+
+def branch_coverage(turns: NDArray[np.float64]) -> tuple[float, float]:
+    """Tell how much of a side of the loop was loaded and unloaded.
+
+    Parameters
+    ----------
+    turns : ndarray, shape (k,)
+        Torque at the turning points, in order.
+
+    Returns
+    -------
+    rise, fall : float
+        Largest rise and largest fall of the torque's size, as shares of its range on the side
+        (positive or negative) where the smaller of both is largest. Minor loops on the way do
+        not interrupt a rise or a fall.
+    """
+    found = [(0.0, 0.0)]
+    for side in (np.maximum(turns, 0.0), np.maximum(-turns, 0.0)):
+        span = float(np.ptp(side))
+        if span == 0.0 or side.max() < _SIDE_SHARE * np.abs(turns).max():
+            continue
+        rise = float((side - np.minimum.accumulate(side)).max()) / span
+        fall = float((np.maximum.accumulate(side) - side).max()) / span
+        found.append((rise, fall))
+    return max(found, key=lambda shares: (min(shares), max(shares)))

@@ -1,0 +1,56 @@
+"""What hdprog raises when it stops on purpose, with words for the person who has to act.
+
+Every such error carries the exit code of the command line. Anything else that escapes is a bug
+and ends with exit code 1.
+"""
+
+from __future__ import annotations
+
+__all__ = ["BadInputError", "HdprogError", "UsageError"]
+
+
+class HdprogError(Exception):
+    """Base of every error that hdprog raises on purpose."""
+
+    exit_code = 1
+
+
+class UsageError(HdprogError):
+    """A command, option or argument was used wrongly (exit code 2)."""
+
+    exit_code = 2
+
+
+class BadInputError(HdprogError):
+    """A file or a value cannot be used; nothing was written (exit code 3).
+
+    Parameters
+    ----------
+    found : str
+        What is there, as a noun phrase: ``"the text 'n/a'"``.
+    where : str
+        File, row (counted from 1 as an editor shows it) and column.
+    expected : str
+        What would have been right, as a noun phrase: ``"a number"``.
+    advice : str
+        One or more full sentences: what to do now.
+
+    Notes
+    -----
+    ``str(error)`` is one paragraph made of all four.
+    """
+
+    exit_code = 3
+
+    def __init__(self, found: str, where: str, expected: str, advice: str) -> None:
+        # All four go to args, so that the error survives pickling between processes.
+        super().__init__(found, where, expected, advice)
+        self.found = found
+        self.where = where
+        self.expected = expected
+        self.advice = advice
+
+    def __str__(self) -> str:
+        advice = self.advice[:1].upper() + self.advice[1:]
+        end = "" if advice.endswith((".", "?", "!")) else "."
+        return f"{self.where}: found {self.found}; expected {self.expected}. {advice}{end}"

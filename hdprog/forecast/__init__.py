@@ -1,0 +1,1 @@
+"""When a limit will be crossed, and how good such statements were."""

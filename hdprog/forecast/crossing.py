@@ -1,0 +1,183 @@
+"""When a limit is first crossed: the distribution over service hours, from paths.
+
+Between two times of a path that are both short of the limit, by m_1 and m_2, a Brownian path of
+variance v has been past it with probability exp(−2 m_1 m_2 / v) (Karatzas & Shreve, Brownian
+Motion and Stochastic Calculus, 2nd ed. 1991, section 4.3.C). The chance of having survived is
+carried along each path, so nothing is lost between the times of the grid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdprog.config import Drive, ForecastSettings, Limit
+from hdprog.errors import BadInputError
+from hdprog.forecast.limits import Margins, margins
+from hdprog.physics.figures import Operation
+from hdprog.physics.parameters import FloatArray
+from hdprog.results import LEVELS, Forecast
+from hdprog.trend.trend import Trend
+
+_TIMES = 140
+_DENSER = 5.0  # log of how much longer the grid's last step is than its first
+_SETTLED = 0.5
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Distribution of the first crossing.
+
+    Attributes
+    ----------
+    hours : (times,) service hours from now on
+    probability : (times,) of having crossed by then, non-decreasing
+    already : whether the state at now is past the limit with more than even odds
+    """
+
+    hours: FloatArray
+    probability: FloatArray
+    already: bool
+
+    def by(self, hours: float) -> float:
+        """Probability of having crossed by service hours."""
+        return float(np.interp(hours, self.hours, self.probability))
+
+    def quantile(self, level: float) -> float | None:
+        """Service hours at which the probability reaches a level; None past the last hour."""
+        if self.probability[0] >= level:
+            return float(self.hours[0])
+        if self.probability[-1] < level:
+            return None
+        after = int(np.searchsorted(self.probability, level))
+        low, high = self.probability[after - 1], self.probability[after]
+        share = (level - low) / (high - low)
+        return float(self.hours[after - 1] + share * (self.hours[after] - self.hours[after - 1]))
+
+    def upto(self, horizon: float) -> Crossing:
+        """Cut it at a horizon inside its hours."""
+        inside = self.hours < horizon
+        return Crossing(
+            np.append(self.hours[inside], horizon),
+            np.append(self.probability[inside], self.by(horizon)),
+            self.already,
+        )
+
+
+def forecast_hours(now: float, horizon: float, shutdown: float | None = None) -> FloatArray:
+    """Service hours (times,) from now to the horizon, denser near now.
+
+    A shutdown past the horizon extends them.
+
+    Raises
+    ------
+    BadInputError
+        if the horizon is not after now
+    """
+    if not horizon > now:
+        raise BadInputError(
+            found=f"a horizon of {horizon:g} service hours",
+            where="[forecast] horizon_hours in drive.toml",
+            expected=f"more than the {now:g} service hours of the last test",
+            advice="Set horizon_hours later; it counts from zero, as service_hours does.",
+        )
+    steps = np.expm1(_DENSER * np.linspace(0.0, 1.0, _TIMES)) / np.expm1(_DENSER)
+    hours = now + (horizon - now) * steps
+    hours[-1] = horizon
+    if shutdown is not None and shutdown > horizon:
+        hours = np.concatenate([hours, np.linspace(horizon, shutdown, 21)[1:]])
+    return np.asarray(hours)
+
+
+def first_crossing(hours: FloatArray, limits: Sequence[Margins]) -> Crossing:
+    """First crossing of any of several limits (or of one).
+
+    Where the state at now is short of the limits with more than even odds, the drive is taken to
+    have survived so far: paths already past one are left out. Otherwise they count as crossed at
+    now.
+
+    Parameters
+    ----------
+    hours : (times,) service hours, now first
+    limits : margins along the same paths
+    """
+    survived = np.ones_like(limits[0].margin)
+    for limit in limits:
+        survived = survived * _survival(limit)
+    past = survived[:, 0] == 0.0
+    already = bool(past.mean() > _SETTLED)
+    kept = survived if already else survived[~past]
+    probability = np.maximum.accumulate(1.0 - kept.mean(axis=0))
+    return Crossing(hours, np.clip(probability, 0.0, 1.0), already)
+
+
+def _survival(limit: Margins) -> FloatArray:
+    """(draws, times) chance that a path has not been past the limit since the first time."""
+    short = limit.margin > 0
+    room = np.maximum(limit.margin, 0.0)
+    variance = np.maximum(limit.wander[:, 1:], np.finfo(float).tiny)
+    touched = np.exp(-2.0 * room[:, :-1] * room[:, 1:] / variance)
+    stays = np.where(short[:, :-1] & short[:, 1:], 1.0 - touched, 0.0)
+    return np.concatenate([short[:, :1], np.cumprod(stays, axis=1) * short[:, :1]], axis=1)
+
+
+def forecast(
+    trend: Trend,
+    drive: Drive,
+    operation: Operation,
+    rng: np.random.Generator,
+    draws: int = 1000,
+    load_factor: float = 1.0,
+) -> tuple[Forecast, ...]:
+    """Forecast the first crossing of every limit, and of the first of them where there are more.
+
+    Parameters
+    ----------
+    trend : as fitted
+    drive : its limits, in the order of drive.toml, horizon, acceptable risk and next shutdown
+    operation : what the figures refer to
+    rng : source of randomness
+    draws : number of paths
+    load_factor : pace of wear's clock from now on over the pace so far, e.g. 0.8³ at 80 % torque
+
+    Raises
+    ------
+    BadInputError
+        if the horizon is not after the last test
+    """
+    now, limits, settings = trend.now_hours, drive.limits, drive.forecast
+    hours = forecast_hours(now, settings.horizon_hours, settings.next_shutdown_hours)
+    if not limits:
+        return ()
+    paths = trend.wandering_paths(hours, rng, draws, load_factor)
+    each = [margins(limit, paths, trend.prior, operation) for limit in limits]
+    found = [
+        _result(limit, first_crossing(hours, [margin]), settings)
+        for limit, margin in zip(limits, each, strict=True)
+    ]
+    if len(limits) > 1:
+        found.append(_result(None, first_crossing(hours, each), settings))
+    return tuple(found)
+
+
+def _result(limit: Limit | None, crossing: Crossing, settings: ForecastSettings) -> Forecast:
+    shutdown, now = settings.next_shutdown_hours, float(crossing.hours[0])
+    inside = crossing.upto(settings.horizon_hours)
+    remaining: dict[float, float | None] = {}
+    for level in LEVELS:
+        at = inside.quantile(level)
+        remaining[level] = None if at is None else at - now
+    return Forecast(
+        limit=limit,
+        now_hours=now,
+        already_crossed=crossing.already,
+        acceptable_risk=settings.acceptable_risk,
+        horizon_hours=settings.horizon_hours,
+        inspect_before_hours=now if crossing.already else inside.quantile(settings.acceptable_risk),
+        probability_crossed_by_shutdown=None if shutdown is None else crossing.by(shutdown),
+        probability_crossed_by_horizon=float(inside.probability[-1]),
+        remaining_hours=remaining,
+        crossing_probability=np.column_stack([inside.hours, inside.probability]),
+    )

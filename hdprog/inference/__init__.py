@@ -1,0 +1,1 @@
+"""Posterior of one loop: priors, likelihood, sampling and its diagnostics."""

@@ -1,0 +1,78 @@
+"""Convergence of independent ensembles.
+
+Walkers of one ensemble depend on each other, so R-hat is taken across ensembles only. Each
+ensemble's walkers are laid end to end: then a walker's own memory is counted, which folding step by
+step would hide.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdprog.inference.lazy_arviz import arviz
+from hdprog.physics.parameters import FloatArray
+
+RHAT_LIMIT = 1.01
+LENGTHS = 50.0  # chain length in autocorrelation times
+
+
+@dataclass(frozen=True)
+class Diagnostics:
+    """Diagnostics of a set of quantities, each array (quantities,)."""
+
+    rhat: FloatArray
+    ess_bulk: FloatArray
+    ess_tail: FloatArray
+
+    def passes(self, required_ess: float) -> bool:
+        """Whether every quantity mixed and has enough effective draws."""
+        return bool(
+            (self.rhat < RHAT_LIMIT).all()
+            and (self.ess_bulk >= required_ess).all()
+            and (self.ess_tail >= required_ess).all()
+        )
+
+
+def autocorrelation_time(chains: FloatArray) -> FloatArray:
+    """Integrated autocorrelation time in steps, (quantities,), the worst ensemble's.
+
+    Parameters
+    ----------
+    chains : (ensembles, steps, walkers, quantities)
+    """
+    from emcee.autocorr import integrated_time
+
+    times = [integrated_time(chain, tol=0, quiet=True) for chain in chains]
+    return np.asarray(np.mean(times, axis=0))
+
+
+def fold(chains: FloatArray) -> FloatArray:
+    """Lay each ensemble's walkers end to end.
+
+    (ensembles, steps, walkers, quantities) → (ensembles, walkers·steps, quantities)
+    """
+    ensembles, steps, walkers, quantities = chains.shape
+    return chains.transpose(0, 2, 1, 3).reshape(ensembles, walkers * steps, quantities)
+
+
+def diagnose(chains: FloatArray) -> Diagnostics:
+    """Rank-normalised split R-hat across ensembles, bulk and tail ESS, by ArviZ.
+
+    Vehtari et al., Bayesian Analysis 16 (2021) 667.
+
+    Parameters
+    ----------
+    chains : (ensembles, steps, walkers, quantities)
+    """
+    stats = arviz()
+    folded = fold(chains)
+    count = folded.shape[-1]
+    rhat, bulk, tail = np.empty(count), np.empty(count), np.empty(count)
+    for index in range(count):
+        series = folded[:, :, index]
+        rhat[index] = stats.rhat(series, method="rank")
+        bulk[index] = stats.ess(series, method="bulk")
+        tail[index] = stats.ess(series, method="tail", prob=0.9)
+    return Diagnostics(rhat, bulk, tail)

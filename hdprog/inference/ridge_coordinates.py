@@ -1,0 +1,93 @@
+"""Coordinates along what a loop fixes, in which its posterior is nearly straight.
+
+A loop fixes sums and products sharply and their parts hardly at all: the compliance at high
+torque, the step of angle that the teeth add below their threshold, the friction at no load. In
+the logarithms of the parameters such a posterior is a thin bent sheet. Here each sharp combination is
+a coordinate of its own:
+
+    C     = 1/K_F + 1/(a T_T + b) + tan²α/K_W     compliance at high torque
+    p_W   = tan²α/(K_W C)                         share of the wave generator in it
+    p_F   = (1/K_F)/(C − tan²α/K_W)               share of the cup in the rest
+    D     = T_T/(a T_T + b) · log(1 + z/2)        extra angle of the teeth, z = a T_T/b
+    m     = |c| μ,  ξ = m − μ cos α,  P = m T_i   fall and size of friction with torque
+
+sampled as log C, logit p_W, logit p_F, log D, the coordinate of T_T, log m, ξ and log P. D stands
+for the exact (log(1+z)·(1+z)/z − 1)·T_T/(a T_T + b), which cannot be inverted in closed form.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hdprog.physics.parameters import FloatArray
+
+_XI_SCALE = 0.02
+_LARGEST_LOG = 5.0  # of y = D (a T_T + b)/T_T: z = 2 (exp y − 1) beyond 1e60 is out of any prior
+
+
+def _log_sigmoid(value: FloatArray) -> FloatArray:
+    return np.asarray(-np.logaddexp(0.0, -value))
+
+
+def to_unconstrained(
+    ridge: FloatArray, alpha: float, softplus_scale: float
+) -> tuple[FloatArray, FloatArray]:
+    """Unconstrained parameter coordinates of ridge coordinates, with the Jacobian.
+
+    Parameters
+    ----------
+    ridge : (draws, 8)
+    alpha : gear-tooth angle in rad
+    softplus_scale : scale in Nm of the coordinate of T_T
+
+    Returns
+    -------
+    (draws, 8) unconstrained coordinates and (draws,) log |det| of their derivative; −inf where
+    the ridge coordinates name no parameters
+    """
+    log_C, logit_W, logit_F, log_D, x_T, log_m, xi, log_P = ridge.T
+    log_K_W = 2 * math.log(math.tan(alpha)) - _log_sigmoid(logit_W) - log_C
+    log_rest = log_C + _log_sigmoid(-logit_W)
+    log_K_F = -_log_sigmoid(logit_F) - log_rest
+    log_mesh = -_log_sigmoid(-logit_F) - log_rest
+    log_T_T = math.log(softplus_scale) + np.log(np.logaddexp(0.0, x_T))
+    log_y = log_D + log_mesh - log_T_T
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        y = np.exp(np.minimum(log_y, _LARGEST_LOG))
+        z = 2 * np.expm1(y)
+        log_b = log_mesh - np.log1p(z)
+        log_a = np.log(z) + log_b - log_T_T
+        m = np.exp(log_m)
+        log_mu = np.log((m - _XI_SCALE * xi) / math.cos(alpha))
+        jacobian = np.log(y) - np.log(-np.expm1(-y)) - log_mu
+    coordinates = np.column_stack(
+        [log_K_F, log_K_W, log_a, log_b, x_T, log_m - log_mu, log_P - log_m, log_mu]
+    )
+    inside = np.isfinite(coordinates).all(axis=1) & (log_y < _LARGEST_LOG)
+    return coordinates, np.where(inside, jacobian, -np.inf)
+
+
+def from_unconstrained(coordinates: FloatArray, alpha: float, softplus_scale: float) -> FloatArray:
+    """Ridge coordinates (draws, 8) of unconstrained ones; the inverse of `to_unconstrained`."""
+    K_F, K_W, a, b = np.exp(coordinates[:, :4]).T
+    x_T, log_c, log_T_i, log_mu = coordinates[:, 4:].T
+    T_T = softplus_scale * np.logaddexp(0.0, x_T)
+    z = a * T_T / b
+    mesh = b * (1 + z)
+    rest = 1 / K_F + 1 / mesh
+    wave_generator = math.tan(alpha) ** 2 / K_W
+    log_m = log_c + log_mu
+    return np.column_stack(
+        [
+            np.log(rest + wave_generator),
+            np.log(wave_generator / rest),
+            np.log(mesh / K_F),
+            np.log(np.log1p(z / 2) * T_T / mesh),
+            x_T,
+            log_m,
+            (np.exp(log_m) - math.cos(alpha) * np.exp(log_mu)) / _XI_SCALE,
+            log_T_i + log_m,
+        ]
+    )

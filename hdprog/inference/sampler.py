@@ -1,0 +1,168 @@
+"""Sampling of one loop's posterior by independent emcee ensembles.
+
+Warm-up moves: differential evolution (ter Braak 2006; Nelson et al. 2014), one step in ten with
+unit scale so that walkers hop between modes, and the affine stretch move (Goodman & Weare 2010).
+After the warm-up most steps are independence proposals from a frozen mixture. emcee 3.1.6's
+snooker move is not used: it does not leave its target distribution unchanged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdprog.inference.likelihood import COUNT, LoopLikelihood, sigmoid
+from hdprog.inference.mixture_proposal import GaussianMixture, IndependenceProposal
+from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
+from hdprog.inference.starting_points import StartingPoint
+from hdprog.physics.parameters import FloatArray
+
+ENSEMBLES = 4
+WALKERS = 24
+DIMENSIONS = COUNT + 1
+LogDensity = Callable[[FloatArray], FloatArray]
+
+
+@dataclass(frozen=True)
+class RidgePosterior:
+    """Log posterior density over ridge coordinates and the initial slip's logit.
+
+    A class, not a closure, so that it can travel to another process.
+    """
+
+    likelihood: LoopLikelihood
+
+    def coordinates(self, position: FloatArray) -> FloatArray:
+        """Unconstrained coordinates with the slip's logit, (draws, 9), of positions (draws, 9)."""
+        prior = self.likelihood.prior
+        unconstrained, _ = to_unconstrained(
+            position[:, :COUNT], self.likelihood.alpha, prior.softplus_scale
+        )
+        return np.column_stack([unconstrained, position[:, COUNT]])
+
+    def __call__(self, position: FloatArray) -> FloatArray:
+        """Log density (draws,) at positions (draws, 9); −inf outside the support."""
+        likelihood, prior = self.likelihood, self.likelihood.prior
+        unconstrained, log_jacobian = to_unconstrained(
+            position[:, :COUNT], likelihood.alpha, prior.softplus_scale
+        )
+        logit = position[:, COUNT]
+        with np.errstate(all="ignore"):
+            density = log_jacobian + prior.log_density(unconstrained)
+            density += -logit - 2 * np.logaddexp(0.0, -logit)
+            density += likelihood.log_likelihood(unconstrained, sigmoid(logit))
+            inside = np.isfinite(density) & likelihood.supported(unconstrained)
+        return np.where(inside, density, -np.inf)
+
+
+@dataclass(frozen=True)
+class EnsembleState:
+    """Where an ensemble stands between two stretches of sampling."""
+
+    position: FloatArray
+    random_state: Any
+
+
+def moves(mixture: GaussianMixture | None = None) -> list[tuple[object, float]]:
+    """The moves in use with their weights; their stationarity is tested on known targets.
+
+    Parameters
+    ----------
+    mixture : frozen proposal of the steps after the warm-up, or None during it
+    """
+    from emcee.moves import DEMove, MHMove, StretchMove
+
+    local = [(DEMove(), 0.8), (DEMove(gamma0=1.0), 0.1), (StretchMove(), 0.1)]
+    if mixture is None:
+        return local
+    independent = MHMove(IndependenceProposal(mixture))
+    return [(independent, 0.65)] + [(move, 0.35 * weight) for move, weight in local]
+
+
+def sample_ensemble(
+    log_density: LogDensity,
+    state: EnsembleState,
+    steps: int,
+    mixture: GaussianMixture | None = None,
+) -> tuple[FloatArray, float, EnsembleState]:
+    """Run one ensemble on.
+
+    Parameters
+    ----------
+    log_density : (draws, dimensions) → (draws,)
+    state : walkers' positions (walkers, dimensions) and the generator's state
+    steps : steps of the whole ensemble
+    mixture : frozen proposal, or None during the warm-up
+
+    Returns
+    -------
+    chain (steps, walkers, dimensions), share of accepted proposals, state to run on from
+    """
+    from emcee import EnsembleSampler
+
+    walkers, dimensions = state.position.shape
+    sampler = EnsembleSampler(
+        walkers, dimensions, log_density, moves=moves(mixture), vectorize=True
+    )
+    # emcee seeds itself from NumPy's global state unless told otherwise.
+    sampler.random_state = state.random_state
+    sampler.run_mcmc(state.position, steps, skip_initial_state_check=True)
+    chain = sampler.get_chain()
+    following = EnsembleState(chain[-1], sampler.random_state)
+    return chain, float(np.mean(sampler.acceptance_fraction)), following
+
+
+def fresh_random_state(rng: np.random.Generator) -> Any:
+    """State of a legacy generator, as emcee wants it, seeded from ours."""
+    seed: NDArray[np.uint32] = rng.integers(0, 2**32, size=8, dtype=np.uint32)
+    return np.random.RandomState(
+        np.random.MT19937(np.random.SeedSequence(seed.tolist()))
+    ).get_state()
+
+
+def initial_states(
+    posterior: RidgePosterior,
+    starts: list[StartingPoint],
+    rng: np.random.Generator,
+    ensembles: int = ENSEMBLES,
+    walkers: int = WALKERS,
+) -> list[EnsembleState]:
+    """Overdispersed walkers around the modes, those much worse than the best left out.
+
+    Each mode gets walkers in proportion to the mass of its Gaussian approximation.
+
+    Returns
+    -------
+    one EnsembleState an ensemble
+    """
+    likelihood = posterior.likelihood
+    near = [start for start in starts if start.deviance < starts[0].deviance + 12.0]
+    mass = np.array(
+        [0.5 * np.linalg.slogdet(start.covariance)[1] - 0.5 * start.deviance for start in near]
+    )
+    weight = np.exp(mass - mass.max()) + 0.05
+    weight /= weight.sum()
+    factors = [np.linalg.cholesky(start.covariance) for start in near]
+    states = []
+    for _ in range(ensembles):
+        kept: list[FloatArray] = []
+        spread = 1.0
+        while len(kept) < walkers:
+            mode = int(rng.choice(len(near), p=weight))
+            drawn = near[mode].point + spread * (factors[mode] @ rng.standard_normal(DIMENSIONS))
+            position = np.append(
+                from_unconstrained(
+                    drawn[None, :COUNT], likelihood.alpha, likelihood.prior.softplus_scale
+                )[0],
+                drawn[COUNT],
+            )
+            if np.isfinite(posterior(position[None, :])[0]):
+                kept.append(position)
+            else:
+                spread *= 0.97
+        states.append(EnsembleState(np.array(kept), fresh_random_state(rng)))
+    return states

@@ -1,0 +1,52 @@
+"""Executors: serial, or one process a core, with BLAS held to one thread in each."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import sys
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+
+_single_thread: object = None
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def hold_blas_to_one_thread() -> None:
+    """Keep linear algebra on one thread: matrices are small and the processes fill the cores."""
+    from threadpoolctl import threadpool_limits
+
+    global _single_thread
+    _single_thread = threadpool_limits(limits=1)
+
+
+@contextmanager
+def process_executor(workers: int | None = None) -> Iterator[Executor | None]:
+    """Executor over worker processes, or None where one worker is all there is.
+
+    Parameters
+    ----------
+    workers : number of processes; all cores if None
+    """
+    count = cores() if workers is None else workers
+    if count <= 1:
+        yield None
+        return
+    # Forked workers start at once; elsewhere each imports the numerics anew.
+    method = "fork" if sys.platform == "linux" else "spawn"
+    executor = ProcessPoolExecutor(
+        count,
+        mp_context=multiprocessing.get_context(method),
+        initializer=hold_blas_to_one_thread,
+    )
+    try:
+        yield executor
+    finally:
+        executor.shutdown(wait=True, cancel_futures=True)

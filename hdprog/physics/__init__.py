@@ -1,0 +1,1 @@
+"""Physics of a strain wave gear under output torque with its input locked."""

@@ -1,0 +1,234 @@
+"""Torsion angle of a harmonic drive under any torque history (eqs 15-28).
+
+The wave generator's slip is a play operator: it stays where it is until an envelope pushes it.
+All functions work on `(draws, samples)` arrays.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+
+from hdprog.errors import BadInputError
+from hdprog.physics.parameters import NAMES, FloatArray, Parameters, in_support
+from hdprog.physics.torque_path import TorquePath
+
+ToothMesh = Literal["continuum", "as_printed"]
+
+
+def _column(value: FloatArray) -> FloatArray:
+    """A scalar or `(draws,)` array as `(draws, 1)`."""
+    return np.reshape(np.asarray(value, dtype=np.float64), (-1, 1))
+
+
+def mesh_angle(magnitude: FloatArray, a: FloatArray, b: FloatArray, T_T: FloatArray) -> FloatArray:
+    """Tooth-mesh torsion at torque magnitudes: the integral of dT/K_T (eqs 17, 19).
+
+    Parameters
+    ----------
+    magnitude : (samples,) or (draws, samples) torque magnitude in Nm
+    a, b, T_T : (draws, 1) in 1/rad, Nm/rad, Nm
+
+    Returns
+    -------
+    (draws, samples) angle in rad
+    """
+    meshing = np.minimum(magnitude, T_T)
+    # Below this, log1p(z)/a loses its digits; the series keeps them and covers a = 0.
+    small = a * T_T < 1e-9 * b
+    a_safe = np.where(small, 1.0, a)
+    angle = meshing * (a_safe / b)
+    np.log1p(angle, out=angle)
+    angle /= a_safe
+    if small.any():
+        angle = np.where(small, meshing / b, angle)
+    angle += (magnitude - meshing) / (a * T_T + b)
+    return angle
+
+
+def mesh_angle_as_printed(
+    magnitude: FloatArray, a: FloatArray, b: FloatArray, T_T: FloatArray
+) -> FloatArray:
+    """Tooth-mesh torsion by the printed sum (19): a staircase, tied to torque in Nm.
+
+    Shapes and units as in `mesh_angle`. Serves to reproduce the paper.
+    """
+    magnitude = np.broadcast_to(magnitude, np.broadcast_shapes(magnitude.shape, a.shape))
+    steps = np.arange(1, max(1, math.ceil(float(magnitude.max()))) + 1)
+    sums = np.concatenate([np.zeros_like(a), np.cumsum(1.0 / (a * steps + b), axis=1)], axis=1)
+    below = np.maximum(np.ceil(np.minimum(magnitude, T_T)) - 1, 0).astype(np.intp)
+    stair = np.take_along_axis(np.broadcast_to(sums, (a.shape[0], sums.shape[1])), below, axis=1)
+    return stair + np.maximum(magnitude - T_T, 0.0) / (a * T_T + b)
+
+
+def elastic_angle(
+    path: TorquePath, parameters: Parameters, tooth_mesh: ToothMesh = "continuum"
+) -> FloatArray:
+    """Cup and tooth-mesh torsion T/K_F + Δθ_T(T), mirrored for negative torque.
+
+    Where samples are block averages, the mesh's curvature times the variance of torque inside
+    the block is added, so that the average of the angle is compared with the average.
+
+    Returns
+    -------
+    (draws, samples) angle in rad
+    """
+    torque = path.torque
+    a, b, T_T = (_column(parameters[name]) for name in ("a", "b", "T_T"))
+    magnitude = np.abs(torque)
+    mesh = mesh_angle if tooth_mesh == "continuum" else mesh_angle_as_printed
+    angle = mesh(magnitude, a, b, T_T)
+    if path.variance is not None and tooth_mesh == "continuum":
+        stiffness = a * magnitude + b
+        angle -= np.where(magnitude < T_T, 0.5 * path.variance * a / stiffness**2, 0.0)
+    angle *= np.sign(torque)
+    angle += torque / _column(parameters["K_F"])
+    return angle
+
+
+def slip_envelope(pushed: FloatArray, parameters: Parameters, alpha: float) -> FloatArray:
+    """Envelope that pushes the slip, seen along the direction of travel (eqs 26, 28).
+
+    With d = ±1 the direction of torque and u = d·T, the slip obeys d·y = max(d·y0, g(u)):
+    g(u) is the loading envelope B(u) for u >= 0 and minus the unloading envelope, −U(−u), for
+    u < 0. Both come out of one expression, since B's first branch continued to u < 0 is −U.
+
+    Parameters
+    ----------
+    pushed : (samples,) u in Nm
+    parameters : c, T_i, mu, K_W, each scalar or (draws,)
+    alpha : gear-tooth angle in rad
+
+    Returns
+    -------
+    (draws, samples) slip in rad of wave-generator travel
+    """
+    s, k = math.sin(alpha), math.cos(alpha)
+    mu, c = _column(parameters["mu"]), _column(parameters["c"])
+    T_i, K_W = _column(parameters["T_i"]), _column(parameters["K_W"])
+    friction = np.maximum((mu * c) * (np.abs(pushed) - T_i), 0.0)  # mu * T_0, eq. 16
+    drawn_back = pushed * (s + mu * k)
+    drawn_back -= friction
+    np.minimum(drawn_back, 0.0, out=drawn_back)
+    drawn_back /= K_W * (k - mu * s)
+    driven = pushed * (s - mu * k)
+    driven -= friction
+    np.maximum(driven, 0.0, out=driven)
+    driven /= K_W * (k + mu * s)
+    drawn_back += driven
+    return drawn_back
+
+
+def slip(
+    path: TorquePath, parameters: Parameters, alpha: float, initial_slip: FloatArray | float = 0.0
+) -> FloatArray:
+    """Wave-generator slip y along a torque path: a play operator between its envelopes.
+
+    Parameters
+    ----------
+    path : the torque history
+    parameters : by name, each scalar or (draws,)
+    alpha : gear-tooth angle in rad
+    initial_slip : scalar or (draws,) y before the first sample, clipped to the envelopes there
+
+    Returns
+    -------
+    (draws, samples) slip in rad
+    """
+    direction = path.direction
+    envelope = slip_envelope(direction * path.torque, parameters, alpha)
+    first = path.torque[:1]
+    lower = slip_envelope(first, parameters, alpha)[:, 0]
+    upper = -slip_envelope(-first, parameters, alpha)[:, 0]
+    current = np.minimum(np.maximum(np.asarray(initial_slip, dtype=np.float64), lower), upper)
+    reached = envelope[:, path.ends - 1]
+    if path.reversal_torque is not None:
+        outward = np.where(path.rising, path.reversal_torque, -path.reversal_torque)
+        reached = slip_envelope(outward, parameters, alpha)
+    for number, (start, end) in enumerate(zip(path.starts, path.ends, strict=True)):
+        sign = 1.0 if path.rising[number] else -1.0
+        stretch = envelope[:, start:end]
+        np.maximum(stretch, (sign * current)[:, None], out=stretch)
+        current = sign * np.maximum(reached[:, number], sign * current)
+    envelope *= direction
+    return envelope
+
+
+def torsion_angle(
+    path: TorquePath,
+    parameters: Parameters,
+    alpha: float,
+    tooth_mesh: ToothMesh = "continuum",
+    initial_slip: FloatArray | float = 0.0,
+) -> FloatArray:
+    """Torsion angle Δθ = T/K_F + Δθ_T(T) + tan(alpha)·y (21).
+
+    Parameters as in `slip`; nothing is checked here (see `predict`).
+
+    Returns
+    -------
+    (draws, samples) angle in rad
+    """
+    angle = slip(path, parameters, alpha, initial_slip)
+    angle *= math.tan(alpha)
+    angle += elastic_angle(path, parameters, tooth_mesh)
+    return angle
+
+
+def predict(
+    torque: FloatArray,
+    parameters: Parameters,
+    alpha: float = math.radians(30.0),
+    tooth_mesh: ToothMesh = "continuum",
+    initial_slip: FloatArray | float = 0.0,
+) -> FloatArray:
+    """Torsion angle of the drive along a torque history, input locked.
+
+    Parameters
+    ----------
+    torque : (samples,) torque in Nm, in order of time
+    parameters : mapping of K_F [Nm/rad], K_W [Nm/rad], a [1/rad], b [Nm/rad], T_T [Nm], c [-],
+        T_i [Nm], mu [-]; scalars, or (draws,) arrays
+    alpha : gear-tooth angle in rad
+    tooth_mesh : "continuum" (the integral of dT/K_T) or "as_printed" (the sum of eq. 19)
+    initial_slip : y before the first sample, clipped to the envelope like every other
+
+    Returns
+    -------
+    (samples,) torsion angle in rad, or (draws, samples) if a parameter is an array
+
+    Raises
+    ------
+    BadInputError
+        if a parameter is missing or outside the hard support, or torque is not a finite series
+    """
+    missing = [name for name in NAMES if name not in parameters]
+    if missing:
+        raise BadInputError(
+            found="parameters without " + ", ".join(missing),
+            where="argument parameters",
+            expected="all of " + ", ".join(NAMES),
+            advice="add the missing ones, in SI units",
+        )
+    if tooth_mesh not in ("continuum", "as_printed"):
+        raise BadInputError(
+            found=f"tooth_mesh={tooth_mesh!r}",
+            where="argument tooth_mesh",
+            expected='"continuum" or "as_printed"',
+            advice="choose one of the two forms",
+        )
+    values = {name: np.asarray(parameters[name], dtype=np.float64) for name in NAMES}
+    if not in_support(values, alpha).all():
+        raise BadInputError(
+            found="parameter values outside the model's support: "
+            + ", ".join(f"{name}={values[name]}" for name in NAMES if values[name].ndim == 0),
+            where="argument parameters",
+            expected="stiffnesses > 0, a, T_T, T_i >= 0, c < 0, 0 < mu < min(tan alpha, cot alpha)"
+            " and sin alpha + mu (cos alpha + c) > 0",
+            advice="check signs and units",
+        )
+    angle = torsion_angle(TorquePath.exact(torque), values, alpha, tooth_mesh, initial_slip)
+    single = all(value.ndim == 0 for value in values.values()) and np.ndim(initial_slip) == 0
+    return angle[0] if single else angle

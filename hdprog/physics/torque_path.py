@@ -1,0 +1,74 @@
+"""A torque history split into stretches on which torque only rises or only falls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdprog.errors import BadInputError
+from hdprog.physics.parameters import FloatArray
+
+
+@dataclass(frozen=True)
+class TorquePath:
+    """Torque samples and the stretches between reversals.
+
+    Attributes
+    ----------
+    torque : (samples,) torque in order of time, in Nm
+    starts : (stretches,) index of the first sample of each stretch; the first is 0
+    rising : (stretches,) whether torque rises on the stretch
+    variance : (samples,) variance of torque inside the block that a sample stands for [Nm²],
+        or None where each sample is one reading
+    reversal_torque : (stretches,) torque reached at the end of each stretch in Nm, or None where
+        the last sample of the stretch is that torque
+    """
+
+    torque: FloatArray
+    starts: NDArray[np.intp]
+    rising: NDArray[np.bool_]
+    variance: FloatArray | None = None
+    reversal_torque: FloatArray | None = None
+
+    @property
+    def ends(self) -> NDArray[np.intp]:
+        """(stretches,) index behind the last sample of each stretch."""
+        return np.append(self.starts[1:], self.torque.size)
+
+    @property
+    def direction(self) -> FloatArray:
+        """(samples,) +1 on rising and −1 on falling stretches."""
+        return np.repeat(np.where(self.rising, 1.0, -1.0), self.ends - self.starts)
+
+    @staticmethod
+    def exact(torque: FloatArray) -> TorquePath:
+        """Split at every change of direction of the samples themselves.
+
+        Parameters
+        ----------
+        torque : (samples,) in Nm
+
+        Raises
+        ------
+        BadInputError
+            if torque is not a one-dimensional finite series
+        """
+        values = np.ascontiguousarray(torque, dtype=np.float64)
+        if values.ndim != 1 or values.size == 0 or not np.isfinite(values).all():
+            raise BadInputError(
+                found=f"a torque history of shape {values.shape}"
+                + ("" if np.isfinite(values).all() else " with values that are not finite"),
+                where="argument torque",
+                expected="a non-empty one-dimensional series of finite numbers in Nm",
+                advice="pass torque in the order of time, one number a sample",
+            )
+        step = np.sign(np.diff(values))
+        moved = np.flatnonzero(step)
+        if moved.size == 0:
+            return TorquePath(values, np.array([0]), np.array([True]))
+        turned = moved[1:][step[moved[1:]] != step[moved[:-1]]]
+        starts = np.concatenate([[0], turned + 1])
+        rising = np.concatenate([[step[moved[0]]], step[turned]]) > 0
+        return TorquePath(values, starts, rising)

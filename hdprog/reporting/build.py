@@ -1,0 +1,135 @@
+"""The report of a drive: one self-contained HTML page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+
+import jinja2
+
+from hdprog.reporting import outlook
+from hdprog.reporting.figures.loop_panel import PanelScales, loop_panel
+from hdprog.reporting.figures.loops_overlay import loops_overlay
+from hdprog.reporting.figures.remaining_life import remaining_life
+from hdprog.reporting.figures.trend_fan import trend_fan
+from hdprog.reporting.rounding import plain
+from hdprog.reporting.sections import facts, method, provenance, tests, warnings
+from hdprog.reporting.sections import remaining_life as life
+from hdprog.reporting.style import Picture, house_style
+from hdprog.reporting.verdict import verdict
+from hdprog.reporting.words import capital, quantity, tidy
+from hdprog.results import DriveResult, TestResult
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One test's picture with its heading."""
+
+    title: str
+    note: str
+    doubtful: bool
+    picture: Picture
+
+
+def build_report(result: DriveResult, catalogue: Mapping[str, float] | None = None) -> str:
+    """Report of a drive as HTML, without anything to fetch and without scripts.
+
+    Parameters
+    ----------
+    result : a run's, or a single fit's (no forecasts)
+    catalogue : the maker's figures by their keys (e.g. `K1_Nm_per_rad`), shown beside the tests'
+    """
+    with house_style():
+        scales = PanelScales.of(result.tests)
+        main = outlook.overall(result.forecasts)
+        pictures = {
+            "life": _life(result),
+            "trends": _trends(result),
+            "overlay": loops_overlay(result.tests, scales) if len(result.tests) > 1 else None,
+            "panels": [_panel(test, scales) for test in result.tests],
+        }
+    trend, said = result.trend, verdict(result)
+    return (
+        _environment()
+        .get_template("report.html")
+        .render(
+            **pictures,
+            title=f"{result.drive.id} – {said.label} – hdprog",
+            drive_id=result.drive.id,
+            subtitle=_subtitle(result),
+            single=len(result.tests) == 1,
+            verdict=said,
+            facts=facts.facts(result),
+            warnings=warnings.warnings(result),
+            waiting=None if main is None else life.waiting_table(result),
+            limits=None if main is None else life.limits_table(result),
+            overview=tests.overview(result),
+            figures=tests.figures(result, catalogue or {}),
+            parameters=tests.parameters(result),
+            diagnostics=tests.diagnostics(result),
+            hyperparameters=None if trend is None else method.hyperparameters(trend),
+            method=method.method(result),
+            words=_words(result),
+            provenance=provenance.provenance(result),
+        )
+    )
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("hdprog.reporting"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+    )
+    environment.filters["tidy"] = tidy
+    return environment
+
+
+def _life(result: DriveResult) -> Picture | None:
+    """Remaining life against the limits that are not passed yet; None if there is none."""
+    coming = [forecast for forecast in result.forecasts if not forecast.already_crossed]
+    if outlook.overall(coming) is None:
+        return None
+    ahead = result.drive.forecast.next_shutdown_hours
+    return remaining_life(coming, ahead if outlook.shutdown_ahead(result) else None)
+
+
+def _trends(result: DriveResult) -> list[tuple[str, Picture]]:
+    if result.trend is None:
+        return []
+    return [
+        (
+            capital(outlook.limit_words(forecast.limit)),
+            trend_fan(result.trend.figures[forecast.limit.key], forecast, result.tests),
+        )
+        for forecast in result.forecasts
+        if forecast.limit is not None and forecast.limit.key in result.trend.figures
+    ]
+
+
+def _panel(test: TestResult, scales: PanelScales) -> Panel:
+    parts = [f"Test {test.test_id}, {tests.when(test)}", test.event or ""]
+    title = ", ".join(part for part in parts if part)
+    return Panel(title, test.note or "", not test.converged, loop_panel(test, scales))
+
+
+def _subtitle(result: DriveResult) -> str:
+    drive = result.drive
+    parts = [drive.model or ""]
+    if drive.ratio is not None:
+        parts.append(f"ratio {plain(drive.ratio)}")
+    if drive.rated_torque is not None:
+        parts.append(f"rated torque {plain(drive.rated_torque)} Nm")
+    count = len(result.tests)
+    parts.append("1 test" if count == 1 else f"{count} tests")
+    parts.append(f"report of {result.provenance.created[:10]}")
+    return " · ".join(part for part in parts if part)
+
+
+def _words(result: DriveResult) -> list[tuple[str, str]]:
+    keys = dict.fromkeys(key.partition("@")[0] for test in result.tests for key in test.figures)
+    named = [(capital(quantity(key).name), f"{capital(quantity(key).meaning)}.") for key in keys]
+    return [(name, meaning) for name, meaning in named if meaning != "."]

@@ -1,0 +1,1 @@
+"""One picture a file; each gives a `Picture` from results."""

@@ -1,0 +1,229 @@
+"""One test: its loop with the fit, and below it what the fit leaves over."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+
+from hdprog.physics.parameters import FloatArray
+from hdprog.reporting.axes import THOUSANDS
+from hdprog.reporting.geometry import (
+    ARCMIN,
+    MICRORADIAN,
+    MOST_STRETCHES,
+    angle_zero,
+    few,
+    residual_scale,
+    straightened,
+    stretches,
+)
+from hdprog.reporting.rounding import significant
+from hdprog.reporting.style import (
+    BAND,
+    FIT,
+    LIMIT,
+    MEASURED,
+    MUTED,
+    Picture,
+    new_figure,
+    picture,
+)
+from hdprog.results import TestResult
+
+STRUCTURE_CORRELATION = 0.3
+"""Correlation of neighbouring residuals from which the report says that structure remains."""
+
+
+@dataclass(frozen=True)
+class PanelScales:
+    """Axes that all panels of a report share.
+
+    Attributes
+    ----------
+    angle, torque : limits in arcmin and Nm
+    straightened : limits in arcmin of the angle less its straight line
+    residual : half the height in µrad of the residual strip
+    """
+
+    angle: tuple[float, float]
+    torque: tuple[float, float]
+    straightened: tuple[float, float]
+    residual: float
+
+    @staticmethod
+    def of(tests: tuple[TestResult, ...]) -> PanelScales:
+        """Scales that hold every test's record, offset removed."""
+        fits = [test.fit for test in tests]
+        angle = [ARCMIN * (fit.angle - angle_zero(fit)) for fit in fits]
+        bent = [straightened(fit, fit.fitted, fit.torque) for fit in fits]
+        return PanelScales(
+            _padded(angle),
+            _padded([fit.torque for fit in fits]),
+            _padded(bent),
+            residual_scale(tests),
+        )
+
+
+def _padded(series: Sequence[FloatArray]) -> tuple[float, float]:
+    low, high = min(map(np.min, series)), max(map(np.max, series))
+    margin = 0.06 * (high - low)
+    return float(low - margin), float(high + margin)
+
+
+def structure_remains(test: TestResult) -> bool:
+    """Whether neighbouring residuals are alike: more than noise is left over.
+
+    For independent residuals of n blocks the correlation scatters by 1/√n: five of these, and
+    never less than `STRUCTURE_CORRELATION`.
+    """
+    needed = max(STRUCTURE_CORRELATION, 5.0 / math.sqrt(test.fit.residual.size))
+    return test.residual_correlation > needed
+
+
+def loop_panel(test: TestResult, scales: PanelScales) -> Picture:
+    """Torque against torsion angle with the fit, and the residual along the record."""
+    figure = new_figure(7.6, 4.9)
+    loop = figure.add_axes((0.09, 0.445, 0.485, 0.535))
+    bent = figure.add_axes((0.615, 0.445, 0.37, 0.535))
+    strip = figure.add_axes((0.09, 0.1, 0.895, 0.225))
+    _draw_loop(loop, bent, test, scales)
+    _draw_residual(strip, test, scales)
+    return picture(
+        figure,
+        alt=_alt(test),
+        shows=(
+            "Above left: torque against torsion angle, grey the measurement, blue the fit; the"
+            " encoder's zero is removed. Above right: the same less the straight line between the"
+            " loop's ends, which shows its width (friction) and its bend (softness at low torque)."
+            " Below: measured minus fitted angle along the record. Grey band:"
+            " noise of a point as fitted (± 2 standard deviations); blue band: where the fit may"
+            " lie (90 %); shaded: torque falls. The same scales for all tests."
+        ),
+        good="the points below fill the grey band evenly, without a pattern.",
+        bad="waves, steps or spikes at the edges of the shading (reversals), or points well"
+        " outside the band: something acts that the model lacks, and its parameters are biased.",
+        action=_action(test),
+    )
+
+
+def _action(test: TestResult) -> str:
+    if not test.converged:
+        return "do not use the numbers of this test; run it again with more draws."
+    if structure_remains(test):
+        return "run hdprog explain on this test before trusting its stiffness and width."
+    return "nothing."
+
+
+def _draw_loop(loop: Axes, bent: Axes, test: TestResult, scales: PanelScales) -> None:
+    """Draw the loop, and beside it the same less its straight line."""
+    fit, zero, kept = test.fit, angle_zero(test.fit), test.fit.kept.astype(bool)
+    chosen = few(len(test.loop))
+    angle, torque = test.loop.angle[chosen], test.loop.torque[chosen]
+    fit_name = "fit" if test.converged else "fit, NOT CONVERGED"
+    readings: dict[str, Any] = {"color": MEASURED, "alpha": 0.6, "rasterized": True, "zorder": 2.0}
+    blocks: dict[str, Any] = {
+        "markersize": 2.6,
+        "alpha": 0.45,
+        "markeredgewidth": 0,
+        "rasterized": True,
+    }
+    bent.plot(straightened(fit, angle, torque), torque, ",", **readings)
+    for axes, measured, fitted in (
+        (loop, ARCMIN * (fit.angle - zero), ARCMIN * (fit.fitted - zero)),
+        (
+            bent,
+            straightened(fit, fit.angle, fit.torque),
+            straightened(fit, fit.fitted, fit.torque),
+        ),
+    ):
+        at = fit.torque
+        axes.plot(measured[kept], at[kept], "o", color=MEASURED, label="measured", **blocks)
+        if not kept.all():
+            aside: dict[str, Any] = {
+                "color": LIMIT,
+                "markersize": 5,
+                "label": "set aside as spikes",
+                "zorder": 4,
+            }
+            axes.plot(measured[~kept], at[~kept], "x", **aside)
+        axes.plot(fitted, at, color=FIT, linewidth=1.3, zorder=3, label=fit_name)
+        axes.set_ylim(*scales.torque)
+        axes.axhline(0, color=MUTED, linewidth=0.7)
+        axes.axvline(0, color=MUTED, linewidth=0.7)
+        axes.xaxis.set_major_locator(MaxNLocator(6))
+        axes.xaxis.set_major_formatter(THOUSANDS)
+        axes.yaxis.set_major_formatter(THOUSANDS)
+    loop.set_xlim(*scales.angle)
+    bent.set_xlim(*scales.straightened)
+    bent.tick_params(labelleft=False)
+    loop.set_xlabel("torsion angle [arcmin]", labelpad=1)
+    bent.set_xlabel("the same less its straight line [arcmin]", labelpad=1)
+    loop.set_ylabel("torque [Nm]")
+    loop.legend(loc="upper left", markerscale=1.8)
+
+
+def _draw_residual(axes: Axes, test: TestResult, scales: PanelScales) -> None:
+    fit, top = test.fit, scales.residual
+    kept = fit.kept.astype(bool)
+    for first, last, rising in stretches(fit)[:MOST_STRETCHES]:
+        if not rising:
+            axes.axvspan(
+                fit.position[first], fit.position[last], color="#eef0f3", linewidth=0, zorder=0
+            )
+    noise = 2.0 * MICRORADIAN * fit.noise
+    axes.fill_between(fit.position, -noise, noise, color=MUTED, alpha=0.22, linewidth=0, zorder=1)
+    axes.fill_between(
+        fit.position,
+        MICRORADIAN * (fit.low - fit.fitted),
+        MICRORADIAN * (fit.high - fit.fitted),
+        color=BAND,
+        alpha=0.45,
+        linewidth=0,
+        zorder=2,
+    )
+    values = np.clip(MICRORADIAN * fit.residual, -top, top)
+    for chosen, mark, colour, size in (
+        (kept, "o", MEASURED, 2.4),
+        (~kept, "x", LIMIT, 4.5),
+    ):
+        axes.plot(
+            fit.position[chosen],
+            values[chosen],
+            mark,
+            color=colour,
+            markersize=size,
+            alpha=0.75,
+            rasterized=True,
+            clip_on=False,
+            zorder=3,
+        )
+    axes.axhline(0, color=FIT, linewidth=0.9, zorder=2.5)
+    axes.set_xlim(0, max(float(fit.position.max()), len(test.loop) - 1.0))
+    axes.set_ylim(-top, top)
+    axes.grid(axis="x", visible=False)
+    axes.xaxis.set_major_formatter(THOUSANDS)
+    axes.yaxis.set_major_formatter(THOUSANDS)
+    axes.set_xlabel("reading number along the record", labelpad=1)
+    axes.set_ylabel("residual [µrad]")
+
+
+def error_words(test: TestResult) -> str:
+    """Error of the fit against the noise floor, in one sentence."""
+    error = significant(MICRORADIAN * test.rmse_rad, 2)
+    floor = significant(MICRORADIAN * test.noise_floor_rad, 2)
+    text = f"Error of the fit {error} µrad (root mean square), noise floor {floor} µrad"
+    if structure_remains(test):
+        alike = f"{test.residual_correlation:.2f}"
+        return f"{text}; neighbours are alike (correlation {alike}): structure remains."
+    return f"{text}; no pattern between neighbours."
+
+
+def _alt(test: TestResult) -> str:
+    text = f"Test {test.test_id}: {error_words(test)}"
+    return text if test.converged else f"Not converged. {text}"

@@ -1,0 +1,91 @@
+"""All loops of a drive on one pair of axes, coloured by service hours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+
+from hdprog.reporting.axes import THOUSANDS
+from hdprog.reporting.figures.loop_panel import PanelScales
+from hdprog.reporting.geometry import ARCMIN, angle_zero, straightened
+from hdprog.reporting.rounding import hours, significant
+from hdprog.reporting.style import MUTED, Picture, new_figure, picture
+from hdprog.results import TestResult
+
+_MOST_LABELS = 12
+
+
+def loops_overlay(tests: Sequence[TestResult], scales: PanelScales) -> Picture:
+    """Fitted loops of all tests, each shifted to the same zero.
+
+    Parameters
+    ----------
+    tests : in the order of service time, at least two
+    scales : as in the panels of the single tests
+    """
+    figure = new_figure(7.6, 4.3)
+    loop = figure.add_axes((0.09, 0.11, 0.38, 0.87))
+    bent = figure.add_axes((0.505, 0.11, 0.30, 0.87))
+    colours = mpl.colormaps["viridis"](np.linspace(0.0, 0.88, len(tests)))
+    every = -(-len(tests) // _MOST_LABELS)
+    last = len(tests) - 1
+    for index, (test, colour) in enumerate(zip(tests, colours, strict=True)):
+        label = _label(test) if index % every == 0 or index == last else None
+        line: dict[str, Any] = {"color": colour, "linewidth": 2.0 if index == last else 1.2}
+        fit = test.fit
+        loop.plot(ARCMIN * (fit.fitted - angle_zero(fit)), fit.torque, **line)
+        bent.plot(straightened(fit, fit.fitted, fit.torque), fit.torque, label=label, **line)
+    for axes in (loop, bent):
+        axes.set_ylim(*scales.torque)
+        axes.axhline(0, color=MUTED, linewidth=0.7)
+        axes.axvline(0, color=MUTED, linewidth=0.7)
+        axes.xaxis.set_major_locator(MaxNLocator(5))
+        axes.xaxis.set_major_formatter(THOUSANDS)
+        axes.yaxis.set_major_formatter(THOUSANDS)
+    loop.set_xlim(*scales.angle)
+    bent.set_xlim(*scales.straightened)
+    bent.tick_params(labelleft=False)
+    loop.set_xlabel("torsion angle [arcmin]")
+    bent.set_xlabel("less its straight line [arcmin]")
+    loop.set_ylabel("torque [Nm]")
+    bent.legend(
+        loc="upper left",
+        bbox_to_anchor=(1.0, 1.02),
+        title="test, hours",
+        alignment="left",
+        handlelength=1.4,
+    )
+    return picture(
+        figure,
+        alt=_alt(tests),
+        shows="Left: the fitted loop of every test, shifted to the same zero. Right: each less the"
+        " straight line between its ends, which shows width and bend. Dark is early, light late.",
+        good="the loops lie on each other.",
+        bad="loops that lean over more from test to test are losing stiffness; a wider loop has"
+        " more friction, a narrower one less preload.",
+        action="a single loop that stands out from its neighbours is worth a look at its mounting"
+        " before it is believed.",
+    )
+
+
+def _label(test: TestResult) -> str:
+    when = "" if test.service_hours is None else f"  {hours(test.service_hours)}"
+    name = test.test_id if len(test.test_id) <= 10 else test.test_id[:9] + "…"
+    return f"{name}{when}".replace("$", r"\$")
+
+
+def _alt(tests: Sequence[TestResult]) -> str:
+    first, last = (_full_angle(tests[i]) for i in (0, -1))
+    return (
+        f"From the first test to the last the torsion angle over the whole loop went from "
+        f"{significant(first)} to {significant(last)} arcmin."
+    )
+
+
+def _full_angle(test: TestResult) -> float:
+    """Torsion angle from end to end of a loop in arcmin."""
+    return float(ARCMIN * np.ptp(test.fit.fitted))

@@ -1,0 +1,167 @@
+"""Remaining life: the distribution of the first crossing over service hours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from matplotlib.axes import Axes
+
+from hdprog.reporting import outlook
+from hdprog.reporting.axes import PERCENT, Event, hour_axis, mark_events
+from hdprog.reporting.rounding import hours, hours_up, percent, share
+from hdprog.reporting.style import (
+    FIT,
+    INK,
+    INSPECT,
+    LIMIT,
+    MUTED,
+    SHUTDOWN,
+    Picture,
+    new_figure,
+    picture,
+)
+from hdprog.reporting.words import capital
+from hdprog.results import Forecast
+
+_DASHES = ((0, (6, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)), (0, (3, 1)))
+
+
+def remaining_life(forecasts: Sequence[Forecast], shutdown_hours: float | None) -> Picture:
+    """Cumulative probability of the first crossing, the accepted risk and what is planned.
+
+    Parameters
+    ----------
+    forecasts : of one drive, at least one
+    shutdown_hours : service hours of the next shutdown, or None
+    """
+    main = outlook.overall(forecasts)
+    if main is None:
+        raise ValueError("remaining life needs a forecast")
+    single = outlook.limited(forecasts)
+    figure = new_figure(7.6, 3.9)
+    bottom = 0.13 if len(single) < 2 else 0.23
+    axes = figure.add_axes((0.09, bottom, 0.88, 0.8 - bottom))
+    end = _view_end(main, shutdown_hours)
+    hour_axis(axes, main.now_hours - 0.02 * (end - main.now_hours), end)
+    axes.set_ylim(0.0, 1.0)
+    axes.yaxis.set_major_formatter(PERCENT)
+    axes.set_ylabel("probability of having passed")
+    mark_events(axes, _events(main, shutdown_hours))
+    _draw_curves(axes, main, single)
+    _draw_risk(axes, main, end)
+    _mark_levels(axes, main, end)
+    return picture(
+        figure,
+        alt=_alt(main, shutdown_hours),
+        shows=(
+            "The line rises with the probability that "
+            + ("the first of the limits" if main.limit is None else "the limit")
+            + " has been passed by a service hour, if nothing is done. Points mark the hours at"
+            " which it reaches 5, 50 and 95 %."
+            + (" Broken lines are the single limits." if len(single) > 1 else "")
+        ),
+        good="the line stays below the accepted risk until well past the next shutdown.",
+        bad="it is above the accepted risk at the next shutdown, or starts above it at now.",
+        action=(
+            f"inspect before the line reaches the accepted risk of {share(main.acceptable_risk)}."
+            " A line that rises slowly over many hours is a date hardly known: another test"
+            " narrows it."
+        ),
+    )
+
+
+def _view_end(main: Forecast, shutdown_hours: float | None) -> float:
+    late = outlook.crossing_hours(main).get(0.95)
+    if late is None:
+        return main.horizon_hours
+    end = main.now_hours + 1.15 * max(late - main.now_hours, 1.0)
+    if shutdown_hours is not None and shutdown_hours < main.horizon_hours:
+        end = max(end, main.now_hours + 1.08 * (shutdown_hours - main.now_hours))
+    return min(end, max(main.horizon_hours, late))
+
+
+def _draw_curves(axes: Axes, main: Forecast, single: Sequence[Forecast]) -> None:
+    table = main.crossing_probability
+    axes.fill_between(table[:, 0], table[:, 1], color=FIT, alpha=0.12, linewidth=0)
+    (line,) = axes.plot(table[:, 0], table[:, 1], color=FIT, linewidth=2.4, zorder=3)
+    if len(single) < 2:
+        return
+    handles, labels = [line], ["first of all limits"]
+    for forecast, dash in zip(single, _DASHES * len(single), strict=False):
+        if forecast.limit is None:
+            continue
+        own = forecast.crossing_probability
+        handles += axes.plot(own[:, 0], own[:, 1], color=MUTED, linestyle=dash, linewidth=1.4)
+        labels.append(outlook.limit_words(forecast.limit))
+    axes.legend(
+        handles, labels, loc="upper left", bbox_to_anchor=(-0.02, -0.15), ncols=2, handlelength=3.2
+    )
+
+
+def _mark_levels(axes: Axes, main: Forecast, end: float) -> None:
+    crossing, spread = outlook.crossing_hours(main), outlook.spread(main)
+    for level in (0.05, 0.50, 0.95):
+        at = crossing.get(level)
+        if at is None or at > end:
+            continue
+        axes.plot([at], [level], "o", color=FIT, markersize=6, markeredgecolor="white", zorder=4)
+        text = hours_up(at, spread) if level > 0.9 else hours(at, spread)
+        if level < 0.1:
+            text = hours(outlook.rounded_date(main, at))
+        # The curve leaves the upper left of each point free, save at the very left.
+        left = at - main.now_hours > 0.2 * (end - main.now_hours)
+        axes.annotate(
+            f"{share(level)}: {text}",
+            (at, level),
+            xytext=(-7, 3) if left else (8, -3),
+            textcoords="offset points",
+            ha="right" if left else "left",
+            fontsize=8.5,
+            color=INK,
+            zorder=5,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
+        )
+
+
+def _draw_risk(axes: Axes, main: Forecast, end: float) -> None:
+    axes.axhline(main.acceptable_risk, color=LIMIT, linestyle=(0, (5, 2)), linewidth=1.2)
+    axes.annotate(
+        f"accepted risk {share(main.acceptable_risk)}",
+        (end, main.acceptable_risk),
+        xytext=(-2, 3),
+        textcoords="offset points",
+        ha="right",
+        fontsize=8.5,
+        color=LIMIT,
+    )
+
+
+def _events(main: Forecast, shutdown_hours: float | None) -> list[Event]:
+    events = [Event(main.now_hours, "now", INK, "-")]
+    inspect = outlook.inspection_hours(main)
+    if inspect is not None and not outlook.due_now(main):
+        events.append(Event(inspect, f"inspect before {hours(inspect)}", INSPECT, "-"))
+    if shutdown_hours is not None:
+        text = f"next shutdown {hours(shutdown_hours)}"
+        risk = main.probability_crossed_by_shutdown
+        if risk is not None:
+            text += f": {percent(risk)}"
+        events.append(Event(shutdown_hours, text, SHUTDOWN, "--"))
+    return events
+
+
+def _alt(main: Forecast, shutdown_hours: float | None) -> str:
+    what = "the first limit" if main.limit is None else outlook.limit_words(main.limit)
+    parts = []
+    if shutdown_hours is not None and main.probability_crossed_by_shutdown is not None:
+        risk = percent(main.probability_crossed_by_shutdown)
+        parts.append(f"risk {risk} by the next shutdown at {hours(shutdown_hours)}")
+    inspect = outlook.inspection_hours(main)
+    if inspect is not None:
+        parts.append(f"accepted risk of {share(main.acceptable_risk)} reached at {hours(inspect)}")
+    median = outlook.crossing_hours(main).get(0.50)
+    if median is not None:
+        parts.append(f"even odds at {hours(median, outlook.spread(main))}")
+    chance = percent(main.probability_crossed_by_horizon)
+    parts.append(f"{chance} by {hours(main.horizon_hours)}")
+    return f"{capital(what)}: {'; '.join(parts)}."

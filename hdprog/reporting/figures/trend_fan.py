@@ -1,0 +1,248 @@
+"""Trend of one limited figure of merit: tests, fan, limit and crossing on one hour axis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from hdprog.config import Limit
+from hdprog.reporting import outlook
+from hdprog.reporting.axes import THOUSANDS, Event, hour_axis, mark_events
+from hdprog.reporting.rounding import hours, hours_up, interval, plain
+from hdprog.reporting.style import (
+    BAND,
+    FIT,
+    INK,
+    INSPECT,
+    LIMIT,
+    MEASURED,
+    MUTED,
+    Picture,
+    new_figure,
+    picture,
+)
+from hdprog.reporting.words import capital, quantity, with_unit
+from hdprog.results import FigureTrend, Forecast, TestResult
+
+
+def trend_fan(trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult]) -> Picture:
+    """Fan of a figure of merit over service hours with its limit and crossing interval.
+
+    Parameters
+    ----------
+    trend : of the figure
+    forecast : of a limit on it
+    tests : for the events between them (regreased, reassembled, replaced)
+    """
+    limit = forecast.limit
+    if limit is None:
+        raise ValueError("a trend is drawn for one limit, not for the first of all")
+    named = quantity(limit.key)
+    figure = new_figure(7.6, 4.0)
+    axes = figure.add_axes((0.115, 0.185, 0.855, 0.65))
+    first, end = _view(trend, forecast)
+    hour_axis(axes, first, end)
+    axes.set_ylim(*_range(trend, limit, end))
+    axes.yaxis.set_major_formatter(THOUSANDS)
+    axes.set_ylabel(f"{named.name} [{named.unit}]")
+    mark_events(axes, _events(forecast, tests))
+    _draw_fan(axes, trend)
+    _draw_limit(axes, limit, named.unit, first)
+    _draw_tests(axes, trend, tests)
+    _draw_crossing(axes, forecast, limit, end)
+    axes.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.13), ncols=6, columnspacing=1.4)
+    worse = "rises" if limit.direction == "above" else "falls"
+    return picture(
+        figure,
+        alt=_alt(trend, forecast, limit),
+        shows=(
+            f"{capital(named.name)}: {named.meaning}. Points with bars are the tests, each by"
+            " itself (median, 90 %); the fan is the drive's state and its forecast without the"
+            " scatter of remounting (dark 50 %, pale 90 %). The bar on the limit line spans the"
+            " hours between which it is passed with 90 % probability."
+        ),
+        good="the points scatter about the fan by about their own bars; the fan stays clear of"
+        " the limit.",
+        bad=f"the fan {worse} into the limit, or points lie outside it one after the other: wear"
+        " has then changed its pace and the forecast is late in seeing it.",
+        action="test again before the inspection hour; where points leave the fan, test at half"
+        " the interval.",
+    )
+
+
+def _view(trend: FigureTrend, forecast: Forecast) -> tuple[float, float]:
+    """First and last hour shown: everything measured, and the crossing where there is one."""
+    measured = trend.test_hours if trend.test_hours.size else np.array([forecast.now_hours])
+    start = float(min(measured.min(), forecast.now_hours))
+    late = outlook.crossing_hours(forecast).get(0.95)
+    end = forecast.horizon_hours if late is None else late + 0.12 * (late - start)
+    if forecast.already_crossed:
+        end = forecast.now_hours + 0.35 * max(forecast.now_hours - start, 1.0)
+    end = max(end, forecast.now_hours + 0.15 * max(forecast.now_hours - start, 1.0))
+    return start - 0.03 * (end - start), end
+
+
+def _range(trend: FigureTrend, limit: Limit, end: float) -> tuple[float, float]:
+    """Range of values shown: tests, limit, and the fan as far as it says something.
+
+    Far past the limit the fan may be cut off, so that the tests stay readable.
+    """
+    seen = trend.hours <= end
+    values = [trend.quantiles[[0, -1]][:, seen].ravel(), trend.test_quantiles.ravel()]
+    finite = np.concatenate(values)
+    finite = np.append(finite[np.isfinite(finite)], limit.threshold)
+    tests = np.append(trend.test_quantiles.ravel(), limit.threshold)
+    span = max(float(np.ptp(tests)), 0.05 * abs(limit.threshold))
+    low = max(float(finite.min()), float(tests.min()) - 0.9 * span)
+    high = min(float(finite.max()), float(tests.max()) + 0.9 * span)
+    margin = 0.07 * (high - low)
+    bottom = low - margin
+    return (max(bottom, 0.0) if low >= 0 else bottom), high + margin
+
+
+def _draw_fan(axes: Axes, trend: FigureTrend) -> None:
+    q05, q25, q50, q75, q95 = trend.quantiles
+    axes.fill_between(
+        trend.hours, q05, q95, color=BAND, alpha=0.16, linewidth=0, label="state, 90 %"
+    )
+    axes.fill_between(
+        trend.hours, q25, q75, color=BAND, alpha=0.32, linewidth=0, label="state, 50 %"
+    )
+    axes.plot(trend.hours, q50, color=FIT, linewidth=1.8, label="state, median")
+
+
+def _draw_limit(axes: Axes, limit: Limit, unit: str, first: float) -> None:
+    axes.axhline(limit.threshold, color=LIMIT, linewidth=1.6)
+    above = limit.direction == "above"
+    low, high = axes.get_ylim()
+    axes.axhspan(
+        limit.threshold if above else low,
+        high if above else limit.threshold,
+        facecolor=LIMIT,
+        alpha=0.06,
+        linewidth=0,
+        zorder=0,
+    )
+    axes.annotate(
+        f"limit {with_unit(plain(limit.threshold), unit)}",
+        (first, limit.threshold),
+        xytext=(4, 4 if above else -4),
+        textcoords="offset points",
+        ha="left",
+        va="bottom" if above else "top",
+        fontsize=8.5,
+        color=LIMIT,
+        zorder=5,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5},
+    )
+
+
+def _draw_tests(axes: Axes, trend: FigureTrend, tests: Sequence[TestResult]) -> None:
+    middle = trend.test_quantiles[2]
+    bars = np.abs(trend.test_quantiles[[0, -1]] - middle)
+    axes.errorbar(
+        trend.test_hours,
+        middle,
+        yerr=bars,
+        fmt="o",
+        color=MEASURED,
+        markersize=4.5,
+        capsize=2.5,
+        linewidth=1.1,
+        zorder=4,
+        label="test by itself, 90 %",
+    )
+    doubtful = {t.service_hours for t in tests if not t.converged}
+    marked = [i for i, at in enumerate(trend.test_hours) if float(at) in doubtful]
+    if marked:
+        axes.plot(
+            trend.test_hours[marked],
+            middle[marked],
+            "o",
+            markersize=11,
+            markerfacecolor="none",
+            markeredgecolor=LIMIT,
+            markeredgewidth=1.5,
+            linestyle="none",
+            zorder=5,
+            label="not converged",
+        )
+
+
+def _draw_crossing(axes: Axes, forecast: Forecast, limit: Limit, end: float) -> None:
+    if forecast.already_crossed:
+        return
+    crossing = outlook.crossing_hours(forecast)
+    early, middle, late = (crossing.get(level) for level in (0.05, 0.50, 0.95))
+    if early is None:
+        return
+    right = end if late is None else late
+    axes.plot(
+        [early, right],
+        [limit.threshold] * 2,
+        color=INK,
+        linewidth=3.2,
+        zorder=5,
+        solid_capstyle="butt",
+    )
+    ends = [early] if late is None else [early, late]
+    axes.plot(
+        ends,
+        [limit.threshold] * len(ends),
+        "|",
+        color=INK,
+        markersize=11,
+        markeredgewidth=2.0,
+        zorder=5,
+    )
+    if late is None:
+        axes.plot([end], [limit.threshold], ">", color=INK, markersize=7, zorder=6, clip_on=False)
+    if middle is not None and middle <= end:
+        axes.plot(
+            [middle],
+            [limit.threshold],
+            "D",
+            color="white",
+            markeredgecolor=INK,
+            markersize=5.5,
+            zorder=6,
+        )
+
+
+def _events(forecast: Forecast, tests: Sequence[TestResult]) -> list[Event]:
+    events = [Event(forecast.now_hours, "now", INK, "-")]
+    inspect = outlook.inspection_hours(forecast)
+    if inspect is not None and not outlook.due_now(forecast) and not forecast.already_crossed:
+        events.append(Event(inspect, f"inspect before {hours(inspect)}", INSPECT, "-"))
+    return events + [
+        Event(test.service_hours, test.event, MUTED, ":")
+        for test in tests
+        if test.event and test.service_hours is not None
+    ]
+
+
+def _alt(trend: FigureTrend, forecast: Forecast, limit: Limit) -> str:
+    named = quantity(limit.key)
+    now = [float(np.interp(forecast.now_hours, trend.hours, q)) for q in trend.quantiles[[0, 2, 4]]]
+    low, middle, high = interval(*now)
+    text = (
+        f"{capital(named.name)} is {with_unit(middle, named.unit)} now (90 %: {low} to {high}); "
+        f"the limit is {with_unit(plain(limit.threshold), named.unit)}. "
+    )
+    crossing, spread = outlook.crossing_hours(forecast), outlook.spread(forecast)
+    early, late = crossing.get(0.05), crossing.get(0.95)
+    if forecast.already_crossed:
+        return text + "It is past it already."
+    if early is None:
+        return text + f"It is not passed before {hours(forecast.horizon_hours)} with 95 %."
+    until = (
+        f"a time later than {hours(forecast.horizon_hours)}"
+        if late is None
+        else hours_up(late, spread)
+    )
+    return (
+        text
+        + f"It is passed between {hours(outlook.rounded_date(forecast, early))} and {until} (90 %)."
+    )

@@ -1,0 +1,152 @@
+"""Where a drive stands against its limits: read off the forecasts, nothing added to them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from hdprog.config import Limit
+from hdprog.reporting.rounding import floored, plain
+from hdprog.reporting.words import quantity, with_unit
+from hdprog.results import LEVELS, DriveResult, Forecast
+
+
+def limit_words(limit: Limit) -> str:
+    """Limit in words: "lost motion above 2 arcmin"."""
+    named = quantity(limit.key)
+    return f"{named.name} {limit.direction} {with_unit(plain(limit.threshold), named.unit)}"
+
+
+def passing_words(limit: Limit) -> str:
+    """Say what passing the limit is: "pass 2 arcmin" or "fall below 12 000 Nm/rad"."""
+    verb = "pass" if limit.direction == "above" else "fall below"
+    return f"{verb} {with_unit(plain(limit.threshold), quantity(limit.key).unit)}"
+
+
+def limited(forecasts: Sequence[Forecast]) -> tuple[Forecast, ...]:
+    """Forecasts of single limits, without the first of them all."""
+    return tuple(forecast for forecast in forecasts if forecast.limit is not None)
+
+
+def overall(forecasts: Sequence[Forecast]) -> Forecast | None:
+    """Find the forecast of the first of all limits, else the leading one; None without any."""
+    for forecast in forecasts:
+        if forecast.limit is None:
+            return forecast
+    return leading(forecasts)
+
+
+def leading(forecasts: Sequence[Forecast]) -> Forecast | None:
+    """Find the single limit that is most likely the first to be passed, None without any.
+
+    The limit already passed, else the one with the earliest median, else with the highest
+    probability at the horizon.
+    """
+
+    def order(forecast: Forecast) -> tuple[bool, float, float]:
+        median = forecast.remaining_hours.get(0.50)
+        return (
+            not forecast.already_crossed,
+            math.inf if median is None else median,
+            -forecast.probability_crossed_by_horizon,
+        )
+
+    return min(limited(forecasts), key=order, default=None)
+
+
+def risk_at(forecast: Forecast, hours: float) -> float:
+    """Probability that the limit is passed by a service hour between now and the horizon."""
+    table = forecast.crossing_probability
+    return float(np.interp(hours, table[:, 0], table[:, 1]))
+
+
+def risk_now(forecast: Forecast) -> float:
+    """Probability that the limit is passed already."""
+    return float(forecast.crossing_probability[0, 1])
+
+
+def crossing_hours(forecast: Forecast) -> dict[float, float | None]:
+    """Service hours of the crossing by level; None past the horizon."""
+    return {
+        level: None if value is None else forecast.now_hours + value
+        for level, value in forecast.remaining_hours.items()
+    }
+
+
+def spread(forecast: Forecast) -> float:
+    """Uncertainty in hours with which crossing hours are rounded: half the 90 % interval.
+
+    Where its late end is past the horizon, the horizon stands for it.
+    """
+    hours = crossing_hours(forecast)
+    late, early = hours.get(LEVELS[-1]), hours.get(LEVELS[0])
+    end = forecast.horizon_hours if late is None else late
+    start = forecast.now_hours if early is None else early
+    return max((end - start) / 2.0, 1.0)
+
+
+def due_now(forecast: Forecast) -> bool:
+    """Whether the accepted risk is reached already."""
+    return (
+        forecast.inspect_before_hours is not None
+        and forecast.inspect_before_hours <= forecast.now_hours + 0.5
+    )
+
+
+def next_test_hours(result: DriveResult) -> float | None:
+    """When the next test is due at the latest: half-way from now to the inspection.
+
+    Without an inspection before the horizon: after as long again as the longest time between
+    two tests so far, and with one test only half-way to the horizon. None where the inspection
+    is due now or nothing was forecast.
+    """
+    forecast = overall(result.forecasts)
+    if forecast is None or forecast.already_crossed or due_now(forecast):
+        return None
+    now = forecast.now_hours
+    if forecast.inspect_before_hours is not None:
+        return now + (forecast.inspect_before_hours - now) / 2.0
+    hours = sorted({t.service_hours for t in result.tests if t.service_hours is not None})
+    if len(hours) > 1:
+        return min(now + float(np.diff(hours).max()), forecast.horizon_hours)
+    return now + (forecast.horizon_hours - now) / 2.0
+
+
+def waiting_hours(forecast: Forecast, count: int = 6) -> list[float]:
+    """Round service hours at which to state the risk, from now to where little is left to learn.
+
+    They end where the probability has all but reached its last value, or at the horizon.
+    """
+    table = forecast.crossing_probability
+    top = float(table[-1, 1])
+    reached = np.searchsorted(table[:, 1], min(0.95, 0.98 * top))
+    end = forecast.horizon_hours if top <= 0.02 else float(table[reached, 0])
+    span = max(end - forecast.now_hours, 1.0)
+    power = 10.0 ** math.floor(math.log10(span / count))
+    step = next(f * power for f in (1.0, 2.0, 2.5, 5.0, 10.0) if span / (f * power) <= count)
+    first = math.floor(forecast.now_hours / step + 1.0) * step
+    hours = [first + step * i for i in range(count + 1)]
+    return [value for value in hours if value <= min(end + step, forecast.horizon_hours)]
+
+
+def shutdown_ahead(result: DriveResult) -> tuple[float, float] | None:
+    """Service hours of the next shutdown and the risk by then; None if none lies ahead."""
+    main, at = overall(result.forecasts), result.drive.forecast.next_shutdown_hours
+    if main is None or at is None or at <= main.now_hours:
+        return None
+    risk = main.probability_crossed_by_shutdown
+    return None if risk is None else (at, risk)
+
+
+def inspection_hours(forecast: Forecast) -> float | None:
+    """Service hours to inspect before, rounded down but not to before now; None if not due."""
+    at = forecast.inspect_before_hours
+    return None if at is None else rounded_date(forecast, at)
+
+
+def rounded_date(forecast: Forecast, at: float) -> float:
+    """Date rounded down by its uncertainty, at most by a small part of the wait for it."""
+    wait = max(at - forecast.now_hours, 5.0)
+    return max(floored(at, min(spread(forecast), wait)), min(at, forecast.now_hours))

@@ -1,0 +1,60 @@
+"""Present condition of a drive from one test: its figures, and where they stand to limits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from hdprog.config import Limit
+from hdprog.reporting.rounding import interval, plain
+from hdprog.reporting.words import capital, listed, quantity, with_unit
+from hdprog.results import LEVELS, TestResult
+
+_TOLD = ("secant_stiffness_Nm_per_rad", "hysteresis_width_arcmin", "lost_motion_arcmin")
+
+
+def value_words(test: TestResult, key: str) -> str:
+    """Figure of a test in words: "0.41 arcmin (90 %: 0.40 to 0.42)"."""
+    levels = test.figures[key]
+    low, middle, high = interval(levels[0.05], levels[0.50], levels[0.95])
+    return f"{with_unit(middle, quantity(key).unit)} (90 %: {low} to {high})"
+
+
+def condition(test: TestResult) -> str:
+    """Say the most telling figures of a test in one sentence."""
+    chosen = [key for key in test.figures if key.partition("@")[0] in _TOLD]
+    if not chosen:
+        return "No figure of merit could be computed from this test."
+    parts = [f"{quantity(key).name} {value_words(test, key)}" for key in chosen[:4]]
+    return f"Present condition: {listed(parts)}."
+
+
+def against_limit(test: TestResult, limit: Limit) -> str:
+    """Where a test's figure stands to a limit, said by quantiles.
+
+    Five quantiles bound the probability that the figure is past the limit; they do not give it.
+    """
+    levels = test.figures.get(limit.key)
+    named = quantity(limit.key)
+    bound = with_unit(plain(limit.threshold), named.unit)
+    if levels is None:
+        return f"{capital(named.name)} is not among this test's figures; its limit is {bound}."
+    said = f"{capital(named.name)} is {value_words(test, limit.key)}"
+    at_least, at_most = probability_bounds(levels, limit)
+    if at_least > 0.949:
+        return f"{said}: past its limit, {limit.direction} {bound}, with a probability above 95 %."
+    if at_most < 0.051:
+        return f"{said}: inside its limit of {bound} with a probability above 95 %."
+    return (
+        f"{said}: its limit of {bound} lies in that spread; the probability that it is past it "
+        f"is between {100 * at_least:.0f} and {100 * at_most:.0f} %."
+    )
+
+
+def probability_bounds(levels: Mapping[float, float], limit: Limit) -> tuple[float, float]:
+    """Smallest and largest probability that the figure is past a limit, given its quantiles."""
+    above = limit.direction == "above"
+    under = [level for level in LEVELS if levels[level] <= limit.threshold]
+    over = [level for level in LEVELS if levels[level] > limit.threshold]
+    # P(figure <= threshold) lies between the largest level under it and the smallest over it.
+    low, high = max(under, default=0.0), min(over, default=1.0)
+    return (1.0 - high, 1.0 - low) if above else (low, high)

@@ -1,0 +1,76 @@
+"""The few numbers beside the verdict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hdprog.reporting import outlook
+from hdprog.reporting.present import value_words
+from hdprog.reporting.rounding import hours, percent, share
+from hdprog.reporting.words import capital, quantity
+from hdprog.results import DriveResult, Forecast
+
+
+@dataclass(frozen=True)
+class Fact:
+    """A label, its value and what to know about it."""
+
+    label: str
+    value: str
+    note: str
+
+
+def facts(result: DriveResult) -> list[Fact]:
+    """Inspection, risk by the shutdown, next test and last test; or the present figures."""
+    main = outlook.overall(result.forecasts)
+    if main is None:
+        return [*_present(result), _last_test(result)]
+    found = [_inspection(main)]
+    ahead = outlook.shutdown_ahead(result)
+    if ahead is not None and not main.already_crossed:
+        note = f"at {hours(ahead[0])}; accepted is {share(main.acceptable_risk)}"
+        found.append(Fact("Risk by the next shutdown", percent(ahead[1]), note))
+    elif not main.already_crossed:
+        note = f"that a limit is passed by then; accepted is {share(main.acceptable_risk)}"
+        value = percent(main.probability_crossed_by_horizon)
+        found.append(Fact(f"Risk by {hours(main.horizon_hours)}", value, note))
+    at = outlook.next_test_hours(result)
+    if at is not None:
+        note = (
+            "half-way to the inspection"
+            if main.inspect_before_hours is not None
+            else "no inspection is due before the horizon; this keeps watch"
+        )
+        found.append(Fact("Test again by", hours(outlook.rounded_date(main, at)), note))
+    found.append(_last_test(result))
+    return found
+
+
+def _inspection(main: Forecast) -> Fact:
+    if main.already_crossed:
+        return Fact("Inspect", "now", "a limit is passed already")
+    at = outlook.inspection_hours(main)
+    if outlook.due_now(main):
+        note = f"the risk of {share(main.acceptable_risk)} is reached already"
+        return Fact("Inspect", "now", note)
+    if at is None:
+        note = f"the risk stays below {share(main.acceptable_risk)} until then"
+        return Fact("Inspection", f"not before {hours(main.horizon_hours)}", note)
+    note = f"{hours(at - main.now_hours)} from now; the risk then reaches "
+    return Fact("Inspect before", hours(at), note + share(main.acceptable_risk))
+
+
+def _present(result: DriveResult) -> list[Fact]:
+    test = result.tests[-1]
+    keys = [limit.key for limit in result.drive.limits if limit.key in test.figures]
+    found = []
+    for key in (keys or list(test.figures))[:3]:
+        value, _, spread = value_words(test, key).partition(" (")
+        found.append(Fact(capital(quantity(key).name), value, spread.removesuffix(")")))
+    return found
+
+
+def _last_test(result: DriveResult) -> Fact:
+    test = result.tests[-1]
+    when = "service hours not given" if test.service_hours is None else hours(test.service_hours)
+    return Fact("Last test", test.test_id, " · ".join(filter(None, [when, test.date])))

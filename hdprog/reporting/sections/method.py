@@ -1,0 +1,180 @@
+"""How the numbers came about, written from what was done."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from hdprog.reporting.rounding import THIN_SPACE, grouped, hours, interval, plain, share
+from hdprog.reporting.sections.table import Row, Table
+from hdprog.reporting.words import capital, counted, listed, spoken
+from hdprog.results import DriveResult, TestResult, TrendSummary
+
+_HYPERPARAMETERS = {
+    "wear_rate": "pace of wear: units of wear after the reference hours",
+    "clock_exponent": "wear grows as hours to this power: 1 steady, above 1 speeding up",
+    "saturation": "levelling off of wear: 0 none",
+    "volatility": "random wear, shared by all parameters",
+    "own_volatility": "random drift of each parameter by itself",
+    "remounting_scatter": "scatter from mounting to mounting, not wear",
+}
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A short heading and its text."""
+
+    title: str
+    text: str
+
+
+def method(result: DriveResult) -> list[Passage]:
+    """Model, priors, noise, sampling, trend and forecast as they were used."""
+    passages = [
+        Passage("Model of a loop", _model(result)),
+        Passage("Priors", _priors(result)),
+        Passage("Noise", _noise(result)),
+        Passage("Sampling", _sampling(result)),
+        Passage("Figures of merit", _figures(result)),
+    ]
+    if result.trend is not None:
+        passages.append(Passage("Trend", _trend(result.trend)))
+    if result.forecasts:
+        passages.append(Passage("Forecast", _forecast(result)))
+    return passages
+
+
+def _model(result: DriveResult) -> str:
+    drive = result.drive
+    alpha = f"{plain(round(math.degrees(drive.alpha), 6))}°"
+    declared = "as declared" if drive.alpha_declared else "assumed, as none is declared"
+    effects = sorted({effect for test in result.tests for effect in test.effects})
+    added = (
+        f" Beside it {listed(spoken(effect) for effect in effects)} "
+        f"{'was' if len(effects) == 1 else 'were'} fitted where the tests table says so."
+        if effects
+        else " No further effect was fitted."
+    )
+    return (
+        "The torsion angle is the sum of the flexspline cup's, the tooth mesh's and the wave "
+        "generator's, the last with friction as a play operator, so that every load history has "
+        f"its own loop. Eight parameters are inferred; the gear-tooth angle is {alpha}, "
+        f"{declared}, and is not: K_W and μ depend on it, stiffness and width hardly do.{added} "
+        "The encoder's zero, the noise scale and the slip before the first reading are inferred "
+        "with them."
+    )
+
+
+def _priors(result: DriveResult) -> str:
+    names = list(dict.fromkeys(test.prior_name for test in result.tests))
+    return (
+        f"Prior of the parameters: {listed(names)}. What a test does not inform stays at the "
+        "prior; the table of parameters says which."
+    )
+
+
+def _noise(result: DriveResult) -> str:
+    by_model: dict[str, list[str]] = {}
+    for test in result.tests:
+        by_model.setdefault(test.noise_model, []).append(test.test_id)
+    said = [
+        model if len(by_model) == 1 else f"{model} (tests {listed(ids)})"
+        for model, ids in by_model.items()
+    ]
+    return (
+        f"{capital('; '.join(said))}. Records were averaged in blocks along the path, "
+        f"with reversals kept exact: {_range([len(t.loop) for t in result.tests])} readings became "
+        f"{_range([t.fit.torque.size for t in result.tests])} blocks a test."
+    )
+
+
+def _range(counts: list[int]) -> str:
+    low, high = grouped(min(counts), 0), grouped(max(counts), 0)
+    return low if low == high else f"{low} to {high}"
+
+
+def _draws(test: TestResult) -> int:
+    found = [test.diagnostics.get(name, math.nan) for name in ("ensembles", "walkers", "steps")]
+    return round(math.prod(found)) if all(math.isfinite(value) for value in found) else 0
+
+
+def _sampling(result: DriveResult) -> str:
+    made = [draws for test in result.tests if (draws := _draws(test))]
+    count = f", {_range(made)} draws a test" if made else ""
+    converged = sum(test.converged for test in result.tests)
+    which = (
+        "Every fit converged"
+        if converged == len(result.tests)
+        else f"{converged} of {counted(len(result.tests), 'fit')} converged"
+    )
+    quick = " The run was quick, with fewer draws." if result.provenance.quick else ""
+    return (
+        f"Independent ensembles of walkers (emcee){count}. {which}, judged by R-hat across "
+        f"ensembles, effective sample size and length in autocorrelation times.{quick}"
+    )
+
+
+def _torque(value: float) -> str:
+    return f"{plain(value)}{THIN_SPACE}Nm"
+
+
+def _figures(result: DriveResult) -> str:
+    drive = result.drive
+    rated = (
+        "the largest torque of the record, as no rated torque is declared"
+        if drive.rated_torque is None
+        else f"the rated torque of {_torque(drive.rated_torque)}"
+    )
+    reference = (
+        rated
+        if drive.reference_torque is None
+        else f"the reference torque of {_torque(drive.reference_torque)}"
+    )
+    return (
+        f"Hysteresis width and loss are those of the model's steady cycle to ± {reference}, so "
+        "that tests run to different torques compare. Lost motion is the angle on the loop's "
+        f"mid-line between −4 % and +4 % of {rated}. Figures are computed draw by draw, "
+        "so that their intervals carry every correlation between the parameters."
+    )
+
+
+def _trend(trend: TrendSummary) -> str:
+    carried = [_HYPERPARAMETERS.get(n, spoken(n)).split(":")[0] for n in trend.carried_by_prior]
+    told = (
+        f" The tests hardly moved these, which the prior carries: {listed(carried)}."
+        if carried
+        else " The tests moved all its hyperparameters away from the prior."
+    )
+    doubt = "" if trend.converged else " The trend did not converge: its numbers are provisional."
+    return f"{trend.model.rstrip('.')}.{told}{doubt}"
+
+
+def _forecast(result: DriveResult) -> str:
+    main = result.forecasts[0]
+    return (
+        "Paths are drawn from the posterior of state and hyperparameters and pushed through the "
+        "model to each limited figure; a limit is passed when a path, without the scatter of "
+        "remounting, first crosses it. Paths that do not cross by the horizon of "
+        f"{hours(main.horizon_hours)} count as “later” and get no number. “Inspect before” is the "
+        "hour at which the share of paths that have crossed reaches "
+        f"{share(main.acceptable_risk)}. Hours are service hours, counted from zero; they are "
+        "rounded by their uncertainty, inspection hours downwards. “Test again by” is half-way "
+        "from now to the inspection; without one, as long again as the longest time between two "
+        "tests. Nothing is assumed to "
+        "be done to the drive in between, and its load to stay as it was."
+    )
+
+
+def hyperparameters(trend: TrendSummary) -> Table:
+    """Hyperparameters of the trend and which of them the prior carries."""
+    rows = []
+    for name, levels in trend.hyperparameters.items():
+        told = "the prior" if name in trend.carried_by_prior else "the tests"
+        values = interval(levels[0.05], levels[0.50], levels[0.95])
+        rows.append(Row(spoken(name), (*values, told), note=_HYPERPARAMETERS.get(name, "")))
+    return Table.flat(
+        "Hyperparameters of the trend.",
+        ("hyperparameter", "5 %", "median", "95 %", "carried by"),
+        rows,
+        doubtful=not trend.converged,
+    )

@@ -1,0 +1,27 @@
+"""What is needed to make the same report again."""
+
+from __future__ import annotations
+
+from hdprog.reporting.sections.table import Row, Table
+from hdprog.results import DriveResult
+
+
+def provenance(result: DriveResult) -> tuple[Table, Table]:
+    """List the run, and the files that it read."""
+    made = result.provenance
+    run = [
+        Row("hdprog", (made.hdprog_version,)),
+        Row("command", (made.command,)),
+        Row("seed", (str(made.seed),)),
+        Row("draws", ("quick" if made.quick else "full",)),
+        Row("made at", (made.created,)),
+        *(Row(name, (version,)) for name, version in sorted(made.versions.items())),
+    ]
+    if result.seconds:
+        spent = ", ".join(f"{name} {value:.1f} s" for name, value in result.seconds.items())
+        run.append(Row("time spent", (spent,)))
+    files = [Row(name, (digest or "not from a file",)) for name, digest in made.files.items()]
+    return (
+        Table.flat("The run.", ("what", "value"), run),
+        Table.flat("The files read.", ("file", "SHA-256"), files),
+    )

@@ -1,0 +1,100 @@
+"""Tables of remaining life: each limit, and what waiting costs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hdprog.reporting import outlook
+from hdprog.reporting.rounding import hours, hours_up, interval, percent, without_unit
+from hdprog.reporting.sections.table import Cell, Row, Table, Value
+from hdprog.reporting.words import capital, quantity, with_unit
+from hdprog.results import DriveResult, Forecast
+
+
+def limits_table(result: DriveResult) -> Table:
+    """Every limit: the state now, when it is passed, the risks and the inspection."""
+    ahead = outlook.shutdown_ahead(result)
+    shutdown = None if ahead is None else ahead[0]
+    columns = ["limit", "now: median, 90 %", "passed at: median, 90 %"]
+    if shutdown is not None:
+        columns.append(f"risk by shutdown, {hours(shutdown)}")
+    columns += [f"risk by {hours(result.forecasts[0].horizon_hours)}", "inspect before"]
+    rows = [_row(result, forecast, shutdown) for forecast in result.forecasts]
+    return Table.flat(
+        "Each limit by itself, if nothing is done. Hours are service hours; “later” is past the "
+        "horizon, where no number is given.",
+        tuple(columns),
+        rows,
+        doubtful=not result.converged,
+    )
+
+
+def _row(result: DriveResult, forecast: Forecast, shutdown: float | None) -> Row:
+    limit = forecast.limit
+    name = "first of all" if limit is None else capital(outlook.limit_words(limit))
+    cells: list[Cell] = [_now(result, forecast), _passed(forecast)]
+    if shutdown is not None:
+        risk = forecast.probability_crossed_by_shutdown
+        cells.append("–" if risk is None else percent(risk))
+    cells.append(percent(forecast.probability_crossed_by_horizon))
+    cells.append(_inspect(forecast))
+    return Row(name, tuple(cells))
+
+
+def _now(result: DriveResult, forecast: Forecast) -> Cell:
+    limit, trend = forecast.limit, result.trend
+    figure = None if limit is None or trend is None else trend.figures.get(limit.key)
+    if limit is None or figure is None:
+        return ""
+    now = [
+        float(np.interp(forecast.now_hours, figure.hours, row))
+        for row in figure.quantiles[[0, 2, 4]]
+    ]
+    low, middle, high = interval(*now)
+    return Value(with_unit(middle, quantity(limit.key).unit), f"{low} to {high}")
+
+
+def _passed(forecast: Forecast) -> Cell:
+    if forecast.already_crossed:
+        return "passed already"
+    crossing, spread = outlook.crossing_hours(forecast), outlook.spread(forecast)
+    values = [crossing.get(level) for level in (0.05, 0.50, 0.95)]
+    if all(value is None for value in values):
+        return "later"
+    early, middle, late = values
+    low = "later" if early is None else without_unit(hours(outlook.rounded_date(forecast, early)))
+    high = "later" if late is None else hours_up(late, spread)
+    return Value("later" if middle is None else hours(middle, spread), f"{low} to {high}")
+
+
+def _inspect(forecast: Forecast) -> str:
+    at = outlook.inspection_hours(forecast)
+    if forecast.already_crossed or outlook.due_now(forecast):
+        return "now"
+    if at is None:
+        return "not due"
+    return hours(at)
+
+
+def waiting_table(result: DriveResult) -> Table | None:
+    """Risk by round service hours: what it costs to wait. None where a limit is passed."""
+    main = outlook.overall(result.forecasts)
+    if main is None or main.already_crossed:
+        return None
+    rows = [
+        Row(
+            hours(at),
+            (
+                hours(at - main.now_hours),
+                percent(outlook.risk_at(main, at)),
+                "within" if outlook.risk_at(main, at) <= main.acceptable_risk else "above",
+            ),
+        )
+        for at in outlook.waiting_hours(main)
+    ]
+    return Table.flat(
+        "If nothing is done: the risk that a limit has been passed by then.",
+        ("service hours", "from now", "risk", "accepted risk"),
+        rows,
+        doubtful=not result.converged,
+    )

@@ -1,0 +1,190 @@
+"""Tables of the tests: what was measured, figures, parameters and diagnostics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from hdprog.reporting.rounding import (
+    digit_step,
+    grouped,
+    hours,
+    interval,
+    rounded,
+    share,
+    significant,
+)
+from hdprog.reporting.sections.table import Cell, Group, Row, Table, Value
+from hdprog.reporting.words import (
+    capital,
+    contraction_words,
+    parameter_meaning,
+    parameter_name,
+    quantity,
+    spoken,
+)
+from hdprog.results import DriveResult, ParameterSummary, TestResult
+
+_MICRO = 1e6
+_SAMPLING = {
+    "ensembles": "ensembles",
+    "walkers": "walkers",
+    "steps": "steps",
+    "burn_in": "warm-up steps",
+    "warm_up_steps": "warm-up steps",
+    "tau": "autocorrelation time",
+    "autocorrelation_time": "autocorrelation time",
+    "acceptance": "acceptance",
+    "evaluations": "model evaluations",
+    "seconds": "seconds",
+}
+
+
+def when(test: TestResult) -> str:
+    """Service hours of a test, or that they are not given."""
+    return "hours not given" if test.service_hours is None else hours(test.service_hours)
+
+
+def overview(result: DriveResult) -> Table:
+    """List what was measured and how well the model accounts for it."""
+    rows = [
+        Row(
+            test.test_id,
+            (
+                when(test),
+                test.date or "–",
+                test.event or "–",
+                grouped(len(test.loop), 0),
+                significant(_MICRO * test.rmse_rad, 2),
+                significant(_MICRO * test.noise_floor_rad, 2),
+                share(round(test.outlier_fraction, 4)),
+                ", ".join(spoken(effect) for effect in test.effects) or "none",
+                test.note or "–",
+            ),
+            doubtful=not test.converged,
+        )
+        for test in result.tests
+    ]
+    columns = (
+        "test",
+        "at",
+        "date",
+        "event before it",
+        "readings",
+        "error [µrad]",
+        "noise floor [µrad]",
+        "set aside",
+        "effects fitted",
+        "note",
+    )
+    caption = (
+        "What was measured. Error: root mean square of measured minus fitted angle, all readings; "
+        "where it is near the noise floor, the model accounts for the loop."
+    )
+    return Table.flat(caption, columns, rows)
+
+
+def figures(result: DriveResult, catalogue: Mapping[str, float]) -> Table:
+    """Figures of merit of every test, and the maker's where they are known."""
+    limited = [limit.key for limit in result.drive.limits]
+    found = dict.fromkeys(key for test in result.tests for key in test.figures)
+    keys = sorted(found, key=lambda key: key not in limited)
+    rows = [
+        Row(
+            f"{test.test_id}, {when(test)}",
+            tuple(_figure(test.figures.get(key)) for key in keys),
+            doubtful=not test.converged,
+        )
+        for test in result.tests
+    ]
+    maker = [catalogue.get(key) for key in keys]
+    if any(value is not None for value in maker):
+        cells = tuple("–" if value is None else significant(value, 2) for value in maker)
+        rows.append(Row("maker's catalogue", cells))
+    heads = [f"{quantity(key).name} [{quantity(key).unit or '?'}]" for key in keys]
+    return Table.flat(
+        "Figures of merit of each test by itself: median, below it the 90 % interval.",
+        ("test", *heads),
+        rows,
+    )
+
+
+def _figure(levels: Mapping[float, float] | None) -> Cell:
+    if levels is None:
+        return "–"
+    low, middle, high = interval(levels[0.05], levels[0.50], levels[0.95])
+    return Value(middle, f"{low} to {high}")
+
+
+def parameters(result: DriveResult) -> Table:
+    """Parameters of every test with what the test told of each."""
+    groups = tuple(
+        Group(
+            f"Test {test.test_id}, {when(test)}",
+            tuple(_parameter(name, found) for name, found in test.parameters.items()),
+            doubtful=not test.converged,
+        )
+        for test in result.tests
+    )
+    columns = (
+        "parameter",
+        "5 %",
+        "median",
+        "95 %",
+        "this test",
+        "R\u2011hat",
+        "ESS bulk",
+        "ESS tail",
+    )
+    return Table(
+        "Parameters of each test. “This test”: how far it narrowed the prior (contraction = "
+        "1 − variance of posterior / variance of prior in the sampled coordinate); what it did "
+        "not inform is the prior's. ESS: effective sample size.",
+        columns,
+        groups,
+    )
+
+
+def _parameter(name: str, found: ParameterSummary) -> Row:
+    levels = found.quantiles
+    low, middle, high = interval(levels[0.05], levels[0.50], levels[0.95])
+    told = f"{contraction_words(found.contraction)} ({found.contraction:.2f})".replace("-", "−")
+    checks = (_rhat(found.rhat), _count(found.ess_bulk), _count(found.ess_tail))
+    meaning = parameter_meaning(name)
+    return Row(parameter_name(name), (low, middle, high, told, *checks), note=meaning)
+
+
+def _rhat(value: float) -> str:
+    return f"{value:.3f}" if value == value else "–"
+
+
+def _count(value: float) -> str:
+    return rounded(value, max(value / 50.0, 2 * digit_step(2.0))) if value == value else "–"
+
+
+def diagnostics(result: DriveResult) -> Table:
+    """How each fit was sampled and whether it converged."""
+    named = {_SAMPLING.get(key, spoken(key)): key for t in result.tests for key in t.diagnostics}
+    rows = []
+    for test in result.tests:
+        rhats = [found.rhat for found in test.parameters.values()]
+        sizes = [min(found.ess_bulk, found.ess_tail) for found in test.parameters.values()]
+        own = {_SAMPLING.get(key, spoken(key)): value for key, value in test.diagnostics.items()}
+        cells = [
+            "yes" if test.converged else "NO",
+            _rhat(max(rhats, default=float("nan"))),
+            _count(min(sizes, default=float("nan"))),
+            *(_setting(own.get(name)) for name in named),
+        ]
+        rows.append(Row(test.test_id, tuple(cells), doubtful=not test.converged))
+    columns = ("test", "converged", "largest R-hat", "smallest ESS", *named)
+    caption = (
+        "Diagnostics of each fit. Good: R-hat below 1.01 over independent ensembles, ESS of 1 000 "
+        "or more (400 in a quick run), at least 50 autocorrelation times long."
+    )
+    return Table.flat(capital(caption), columns, rows)
+
+
+def _setting(value: float | None) -> str:
+    if value is None:
+        return "–"
+    return grouped(value, 0) if float(value).is_integer() else significant(value, 3)

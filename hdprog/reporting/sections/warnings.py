@@ -1,0 +1,45 @@
+"""Warnings of every stage, each said once, the gravest first."""
+
+from __future__ import annotations
+
+from hdprog.reporting import outlook
+from hdprog.reporting.figures.loop_panel import structure_remains
+from hdprog.reporting.rounding import hours
+from hdprog.reporting.words import listed
+from hdprog.results import DriveResult
+
+
+def warnings(result: DriveResult) -> list[str]:
+    """Warnings of the whole, of the trend and of the tests; equal ones name their tests."""
+    found = list(result.warnings)
+    if result.provenance.quick:
+        found.append(
+            "Quick run: fewer draws were made, so that the ends of the intervals are less exact. "
+            "Run again without --quick before a decision that costs money."
+        )
+    at, main = result.drive.forecast.next_shutdown_hours, outlook.overall(result.forecasts)
+    if at is not None and main is not None and at <= main.now_hours:
+        found.append(
+            f"The next shutdown is given as {hours(at)}, which is not after the last test at "
+            f"{hours(main.now_hours)}: no risk is stated by it. Set next_shutdown_hours anew."
+        )
+    if result.trend is not None:
+        found += result.trend.warnings
+    by_text: dict[str, list[str]] = {}
+    for test in result.tests:
+        own = list(test.warnings)
+        if structure_remains(test):
+            own.append(
+                "The residual is more than noise: something acts that the model lacks, and "
+                "figures and forecast may be biased. hdprog explain looks for it."
+            )
+        for text in dict.fromkeys(own):
+            by_text.setdefault(text, []).append(test.test_id)
+    for text, tests in by_text.items():
+        if len(result.tests) == 1:
+            found.append(text)
+        elif len(tests) == len(result.tests):
+            found.append(f"All tests: {text}")
+        else:
+            found.append(f"{'Test' if len(tests) == 1 else 'Tests'} {listed(tests)}: {text}")
+    return list(dict.fromkeys(found))

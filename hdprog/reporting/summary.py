@@ -1,0 +1,177 @@
+"""The summary of a drive as JSON, schema `hdprog.summary/1`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from hdprog.physics.parameters import BY_NAME
+from hdprog.reporting.outlook import next_test_hours
+from hdprog.reporting.verdict import verdict
+from hdprog.reporting.words import FIRST_LIMIT, quantity
+from hdprog.results import (
+    LEVELS,
+    DriveResult,
+    Forecast,
+    ParameterSummary,
+    Provenance,
+    TestResult,
+    TrendSummary,
+)
+
+SCHEMA = "hdprog.summary/1"
+
+
+def summary_json(result: DriveResult) -> dict[str, Any]:
+    """Summary of a drive, ready for `json.dumps(..., allow_nan=False)`.
+
+    What is not a finite number is null, a quantile past the horizon among it; `forecast` is
+    empty for a single fit.
+    """
+    said = verdict(result)
+    return {
+        "schema": SCHEMA,
+        "hdprog_version": result.provenance.hdprog_version,
+        "seed": result.provenance.seed,
+        "drive": _drive(result),
+        "converged": result.converged,
+        "verdict": {
+            "status": said.status,
+            "provisional": said.provisional,
+            "label": said.label,
+            "text": said.text,
+        },
+        "next_test_hours": _number(next_test_hours(result)),
+        "tests": [_test(test) for test in result.tests],
+        "trend": None if result.trend is None else _trend(result.trend),
+        "forecast": [_forecast(forecast) for forecast in result.forecasts],
+        "warnings": list(result.warnings),
+        "units": _units(result),
+        "provenance": _provenance(result.provenance),
+    }
+
+
+def _number(value: float | None) -> float | None:
+    if value is None or not math.isfinite(value):
+        return None
+    return float(value)
+
+
+def _numbers(values: Iterable[float]) -> list[float | None]:
+    return [_number(float(value)) for value in values]
+
+
+def level_name(level: float) -> str:
+    """Name of a quantile level: "q05" for 0.05."""
+    return f"q{round(100 * level):02d}"
+
+
+def _quantiles(levels: Mapping[float, Any]) -> dict[str, float | None]:
+    return {level_name(level): _number(value) for level, value in sorted(levels.items())}
+
+
+def _drive(result: DriveResult) -> dict[str, Any]:
+    drive = result.drive
+    return {
+        "id": drive.id,
+        "model": drive.model,
+        "ratio": _number(drive.ratio),
+        "alpha_deg": _number(round(math.degrees(drive.alpha), 9)),
+        "rated_torque_Nm": _number(drive.rated_torque),
+        "reference_torque_Nm": _number(drive.reference_torque),
+    }
+
+
+def _parameter(summary: ParameterSummary) -> dict[str, float | None]:
+    return {
+        "mean": _number(summary.mean),
+        "sd": _number(summary.sd),
+        **_quantiles(summary.quantiles),
+        "rhat": _number(summary.rhat),
+        "ess_bulk": _number(summary.ess_bulk),
+        "ess_tail": _number(summary.ess_tail),
+        "contraction": _number(summary.contraction),
+    }
+
+
+def _test(test: TestResult) -> dict[str, Any]:
+    return {
+        "test_id": test.test_id,
+        "service_hours": _number(test.service_hours),
+        "date": test.date,
+        "note": test.note,
+        "event": test.event,
+        "converged": test.converged,
+        "parameters": {name: _parameter(value) for name, value in test.parameters.items()},
+        "figures": {key: _quantiles(levels) for key, levels in test.figures.items()},
+        "effects": list(test.effects),
+        "rmse_rad": _number(test.rmse_rad),
+        "noise_floor_rad": _number(test.noise_floor_rad),
+        "outlier_fraction": _number(test.outlier_fraction),
+        "residual_correlation": _number(test.residual_correlation),
+        "noise_model": test.noise_model,
+        "prior": test.prior_name,
+        "samples": len(test.loop),
+        "diagnostics": {name: _number(value) for name, value in test.diagnostics.items()},
+        "warnings": list(test.warnings),
+    }
+
+
+def _trend(trend: TrendSummary) -> dict[str, Any]:
+    return {
+        "model": trend.model,
+        "converged": trend.converged,
+        "hyperparameters": {n: _quantiles(v) for n, v in trend.hyperparameters.items()},
+        "carried_by_prior": list(trend.carried_by_prior),
+        "figures": {
+            key: {
+                "hours": _numbers(figure.hours),
+                **{
+                    level_name(level): _numbers(row)
+                    for level, row in zip(LEVELS, figure.quantiles, strict=True)
+                },
+            }
+            for key, figure in trend.figures.items()
+        },
+        "diagnostics": {name: _number(value) for name, value in trend.diagnostics.items()},
+        "warnings": list(trend.warnings),
+    }
+
+
+def _forecast(forecast: Forecast) -> dict[str, Any]:
+    limit = forecast.limit
+    return {
+        "quantity": FIRST_LIMIT if limit is None else limit.quantity,
+        "limit": None if limit is None else _number(limit.threshold),
+        "direction": None if limit is None else limit.direction,
+        "at_torque_Nm": None if limit is None else _number(limit.at_torque_Nm),
+        "now_hours": _number(forecast.now_hours),
+        "already_crossed": forecast.already_crossed,
+        "acceptable_risk": _number(forecast.acceptable_risk),
+        "horizon_hours": _number(forecast.horizon_hours),
+        "inspect_before_hours": _number(forecast.inspect_before_hours),
+        "probability_crossed_by_shutdown": _number(forecast.probability_crossed_by_shutdown),
+        "probability_crossed_by_horizon": _number(forecast.probability_crossed_by_horizon),
+        "remaining_hours": _quantiles(forecast.remaining_hours),
+        "crossing_probability": [_numbers(pair) for pair in forecast.crossing_probability],
+    }
+
+
+def _units(result: DriveResult) -> dict[str, str]:
+    """Name the unit of every figure and parameter that the summary holds."""
+    units: dict[str, str] = {}
+    for test in result.tests:
+        units |= {name: BY_NAME[name].unit for name in test.parameters if name in BY_NAME}
+        units |= {key: quantity(key).unit for key in test.figures if quantity(key).unit}
+    return units
+
+
+def _provenance(provenance: Provenance) -> dict[str, Any]:
+    return {
+        "command": provenance.command,
+        "quick": provenance.quick,
+        "created": provenance.created,
+        "versions": dict(provenance.versions),
+        "files_sha256": dict(provenance.files),
+    }

@@ -1,0 +1,223 @@
+"""The verdict: what to do about a drive, in sentences that stand alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from hdprog.reporting import outlook
+from hdprog.reporting.present import against_limit, condition
+from hdprog.reporting.rounding import (
+    hours,
+    hours_up,
+    interval,
+    percent,
+    plain,
+    share,
+    without_unit,
+)
+from hdprog.reporting.words import capital, counted, listed, quantity, tidy, with_unit
+from hdprog.results import DriveResult, Forecast
+
+Status = Literal["act", "plan", "good", "present"]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a report says first.
+
+    Attributes
+    ----------
+    status : "act" now, "plan" an inspection, "good" up to the horizon, or the "present" only
+    provisional : a fit or the trend did not converge
+    label : the status in a few words
+    sentences : in the order of their weight; together they are the verdict
+    """
+
+    status: Status
+    provisional: bool
+    label: str
+    sentences: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """All sentences as one text."""
+        return " ".join(self.sentences)
+
+
+_LABELS: dict[Status, str] = {
+    "act": "Act now",
+    "plan": "Plan an inspection",
+    "good": "No limit in sight",
+    "present": "Present condition only",
+}
+
+
+def verdict(result: DriveResult) -> Verdict:
+    """Verdict on a drive: convergence first, then limits, then what it rests on."""
+    sentences: list[str] = []
+    if not result.converged:
+        sentences.append(not_converged(result))
+    main = outlook.overall(result.forecasts)
+    if main is None:
+        sentences += _present(result)
+        status: Status = "present"
+    else:
+        status, said = _outlook(result, main)
+        sentences += said
+    provisional = not result.converged
+    label = _LABELS[status] + (" \u2013 provisional" if provisional else "")
+    return Verdict(status, provisional, label, tuple(map(tidy, sentences)))
+
+
+def not_converged(result: DriveResult) -> str:
+    """Which parts did not converge, and what follows from it."""
+    doubtful = [test.test_id for test in result.tests if not test.converged]
+    parts = []
+    if doubtful:
+        noun = "test" if len(doubtful) == 1 else "tests"
+        parts.append(f"the fit of {noun} {listed(doubtful)}")
+    if result.trend is not None and not result.trend.converged:
+        parts.append("the trend")
+    again = "in full, not quick," if result.provenance.quick else "with another seed"
+    return (
+        f"Not converged: {listed(parts)}. The numbers below are provisional; run again {again} "
+        "before acting on them."
+    )
+
+
+def _present(result: DriveResult) -> list[str]:
+    """Sentences for a fit without a forecast: the last test as it is."""
+    test = result.tests[-1]
+    sentences = [against_limit(test, limit) for limit in result.drive.limits]
+    if not sentences:
+        sentences.append(condition(test))
+        sentences.append("No limit is set for this drive, so that there is nothing to forecast.")
+    else:
+        sentences.append(
+            "One loop by itself says nothing of remaining life; several tests with their service "
+            "hours do."
+        )
+    return sentences
+
+
+def _outlook(result: DriveResult, main: Forecast) -> tuple[Status, list[str]]:
+    """Status and sentences for a drive with forecasts."""
+    passed = [f for f in outlook.limited(result.forecasts) if f.already_crossed]
+    if passed:
+        sentences = [_passed(result, forecast) for forecast in passed]
+        sentences.append("Inspect now.")
+        coming = [f for f in outlook.limited(result.forecasts) if not f.already_crossed]
+        sentences += [_coming(forecast, _subject(forecast)) for forecast in coming[:1]]
+        return "act", sentences + _rests_on(result)
+    sentences = [_coming(main, _main_subject(result, main))]
+    if outlook.due_now(main):
+        risk = percent(outlook.risk_now(main))
+        sentences.append(
+            f"The risk that it is passed already is {risk}; the accepted risk is "
+            f"{share(main.acceptable_risk)}: inspect now."
+        )
+        return "act", sentences + _rests_on(result)
+    status: Status = "good"
+    if main.inspect_before_hours is not None:
+        status = "plan"
+        before = hours(outlook.rounded_date(main, main.inspect_before_hours))
+        sentences[0] = f"{sentences[0].removesuffix('.')}; inspect before {before}."
+    sentences += _shutdown(result, main) + _rests_on(result)
+    at = outlook.next_test_hours(result)
+    if at is not None:
+        sentences.append(f"Test again by {hours(outlook.rounded_date(main, at))}.")
+    return status, sentences
+
+
+def _passed(result: DriveResult, forecast: Forecast) -> str:
+    limit = forecast.limit
+    if limit is None:
+        raise ValueError("the first of all limits has no figure of its own")
+    named = quantity(limit.key)
+    text = (
+        f"{capital(named.name)} is past its limit: {limit.direction} "
+        f"{with_unit(plain(limit.threshold), named.unit)}"
+    )
+    trend = None if result.trend is None else result.trend.figures.get(limit.key)
+    if trend is None:
+        return text + "."
+    now = [float(np.interp(forecast.now_hours, trend.hours, q)) for q in trend.quantiles[[0, 2, 4]]]
+    low, middle, high = interval(*now)
+    return (
+        f"{text}; it is {with_unit(middle, named.unit)} now (90 %: {low} to {high}), past "
+        f"the limit with a probability of {percent(outlook.risk_now(forecast))}."
+    )
+
+
+def _subject(forecast: Forecast) -> tuple[str, str]:
+    limit = forecast.limit
+    if limit is None:
+        raise ValueError("the first of all limits has no figure of its own")
+    return capital(quantity(limit.key).name), outlook.passing_words(limit)
+
+
+def _main_subject(result: DriveResult, main: Forecast) -> tuple[str, str]:
+    """Grammatical subject and verb: the limit itself, or the first of several."""
+    if main.limit is not None:
+        return _subject(main)
+    lead = outlook.leading(result.forecasts)
+    if lead is None or lead.limit is None:
+        return "The first limit", "be passed"
+    return f"The first limit (most likely {outlook.limit_words(lead.limit)})", "be passed"
+
+
+def _coming(forecast: Forecast, subject: tuple[str, str]) -> str:
+    """When a limit is passed, for every case of quantiles inside or past the horizon."""
+    name, verb = subject
+    crossing, spread = outlook.crossing_hours(forecast), outlook.spread(forecast)
+    early, late = crossing.get(0.05), crossing.get(0.95)
+    horizon = hours(forecast.horizon_hours)
+    if early is None:
+        stays = percent(1.0 - forecast.probability_crossed_by_horizon)
+        return f"{name} is not forecast to {verb} before {horizon} (probability {stays})."
+    start = hours(outlook.rounded_date(forecast, early))
+    if late is None:
+        later = percent(1.0 - forecast.probability_crossed_by_horizon)
+        return (
+            f"{name} is forecast to {verb} not before {start} (95 %) and, "
+            f"with a probability of {later}, later than {horizon}."
+        )
+    return (
+        f"{name} is forecast to {verb} between "
+        f"{without_unit(start)} and {hours_up(late, spread)} (90 %)."
+    )
+
+
+def _shutdown(result: DriveResult, main: Forecast) -> list[str]:
+    ahead = outlook.shutdown_ahead(result)
+    if ahead is None:
+        return []
+    at, risk = ahead
+    accepted = share(main.acceptable_risk)
+    compared = (
+        f"above the accepted {accepted}: do not wait for it"
+        if risk > main.acceptable_risk
+        else f"within the accepted {accepted}: it can wait"
+    )
+    return [
+        f"If nothing is done, the risk by the next shutdown at {hours(at)} is {percent(risk)}, "
+        f"{compared}."
+    ]
+
+
+def _rests_on(result: DriveResult) -> list[str]:
+    """Who carried the forecast, where that is not the drive's own tests."""
+    if len(result.tests) == 1:
+        return [
+            "There is one test only: how fast this drive wears comes from the prior, not from "
+            "the drive."
+        ]
+    if len(result.tests) == 2:
+        return [
+            f"With {counted(2, 'test')} the pace of wear still leans on the prior: expect the "
+            "interval to move with the next test."
+        ]
+    return []

@@ -1,0 +1,144 @@
+"""Names of quantities, trend numbers and versions in plain words, with units."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from hdprog.physics.parameters import BY_NAME
+from hdprog.reporting.rounding import THIN_SPACE, plain
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A figure of merit in words.
+
+    Attributes
+    ----------
+    name : e.g. "secant stiffness at 14 Nm"
+    unit : e.g. "Nm/rad"
+    meaning : what it is, in half a sentence
+    """
+
+    name: str
+    unit: str
+    meaning: str
+
+
+_QUANTITIES: Mapping[str, Quantity] = {
+    "hysteresis_width_arcmin": Quantity(
+        "hysteresis width",
+        "arcmin",
+        "angle between loading and unloading at zero torque, after a steady cycle to ± the "
+        "reference torque",
+    ),
+    "hysteresis_loss_J": Quantity(
+        "hysteresis loss", "J", "energy lost in one steady cycle, the area of the loop"
+    ),
+    "lost_motion_arcmin": Quantity(
+        "lost motion",
+        "arcmin",
+        "angle on the loop's mid-line between −4 % and +4 % of rated torque",
+    ),
+    "preload_Nm": Quantity(
+        "preload", "Nm", "torque with which the teeth are pressed together at no load"
+    ),
+    "local_stiffness_Nm_per_rad": Quantity(
+        "local stiffness", "Nm/rad", "slope of torque against torsion angle at one torque"
+    ),
+    "secant_stiffness_Nm_per_rad": Quantity(
+        "secant stiffness", "Nm/rad", "torque over the torsion angle that it causes, friction aside"
+    ),
+    "K1_Nm_per_rad": Quantity(
+        "stiffness K1", "Nm/rad", "mean slope up to the catalogue's first torque T1"
+    ),
+    "K2_Nm_per_rad": Quantity(
+        "stiffness K2", "Nm/rad", "mean slope between the catalogue's torques T1 and T2"
+    ),
+    "K3_Nm_per_rad": Quantity(
+        "stiffness K3", "Nm/rad", "mean slope from the catalogue's T2 to the reference torque"
+    ),
+}
+
+_PERCENT = re.compile(r"(\d) %")
+
+FIRST_LIMIT = "first_limit"
+"""Key of the forecast of the first of all limits."""
+
+
+def quantity(key: str) -> Quantity:
+    """Name, unit and meaning of a figure of merit by its key, such as `preload_Nm`.
+
+    A key's torque goes into the name; a key that is not known is given back as its own name.
+    """
+    base, _, torque = key.partition("@")
+    known = _QUANTITIES.get(base)
+    if known is None:
+        return Quantity(base.replace("_", " "), "", "")
+    if not torque:
+        return known
+    at = plain(float(torque.removesuffix("Nm")))
+    return Quantity(f"{known.name} at {at}{THIN_SPACE}Nm", known.unit, known.meaning)
+
+
+def with_unit(number: str, unit: str) -> str:
+    """Put number and unit on one line; a unit of "-" or "" is left out."""
+    return number if unit in ("", "-") else f"{number}{THIN_SPACE}{unit}"
+
+
+def parameter_name(name: str) -> str:
+    """Symbol of a parameter; one that an effect brings is `effect.name` and is kept so."""
+    known = BY_NAME.get(name)
+    return name if known is None else known.symbol
+
+
+def parameter_meaning(name: str) -> str:
+    """Say what a parameter is and in which unit."""
+    known = BY_NAME.get(name)
+    if known is None:
+        return ""
+    return known.meaning if known.unit == "-" else f"{known.meaning}, {known.unit}"
+
+
+def capital(sentence: str) -> str:
+    """Sentence with its first letter in upper case, the rest as it is."""
+    return sentence[:1].upper() + sentence[1:]
+
+
+def listed(items: Iterable[str], last: str = "and") -> str:
+    """Items as "a", "a and b" or "a, b and c"."""
+    names = list(items)
+    if len(names) < 2:
+        return "".join(names)
+    return f"{', '.join(names[:-1])} {last} {names[-1]}"
+
+
+def counted(count: int, singular: str, plural: str | None = None) -> str:
+    """Count and noun: "1 test", "3 tests"."""
+    return f"{count} {singular if count == 1 else plural or singular + 's'}"
+
+
+def contraction_words(contraction: float) -> str:
+    """How much a test told of a parameter, in words.
+
+    The contraction is 1 − var(posterior)/var(prior) in the sampled coordinate; below 0.1 the
+    posterior is the prior.
+    """
+    if not contraction >= 0.1:
+        return "not informed by this test"
+    if contraction < 0.5:
+        return "little informed"
+    if contraction < 0.9:
+        return "informed"
+    return "well informed"
+
+
+def tidy(text: str) -> str:
+    """Text whose per cent signs stay on the line of their numbers."""
+    return _PERCENT.sub(rf"\1{THIN_SPACE}%", text)
+
+
+def spoken(name: str) -> str:
+    """Name of a setting or hyperparameter with its underscores as spaces."""
+    return name.replace("_", " ")

@@ -1,0 +1,180 @@
+"""What the stages hand on: frozen results of a test, of its trend and of its forecast.
+
+They hold numbers only, ready to be written as JSON, drawn or stored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from hdprog.config import Drive, Limit
+from hdprog.data.loop import Loop
+from hdprog.physics.parameters import FloatArray
+
+LEVELS: tuple[float, ...] = (0.05, 0.25, 0.50, 0.75, 0.95)
+"""Quantile levels of every band and summary."""
+
+
+@dataclass(frozen=True)
+class ParameterSummary:
+    """Posterior of one parameter in its physical unit, with its diagnostics.
+
+    `contraction` is 1 − var(posterior)/var(prior) in the unconstrained coordinate: 0 where the
+    test said nothing, near 1 where it said all.
+    """
+
+    mean: float
+    sd: float
+    quantiles: Mapping[float, float]
+    rhat: float
+    ess_bulk: float
+    ess_tail: float
+    contraction: float
+
+
+@dataclass(frozen=True)
+class LoopFit:
+    """The fit along the (reduced) record of one test; all arrays are (blocks,).
+
+    Attributes
+    ----------
+    torque, angle : block averages of the record in Nm and rad
+    count : readings in each block
+    fitted : posterior median angle in rad, offset included
+    low, high : 5 % and 95 % of the posterior of the angle in rad
+    residual : angle − fitted in rad
+    noise : standard deviation of a block's angle as fitted, in rad
+    kept : False where a block was set aside as an outlier
+    position : index of the block's middle reading in the record
+    """
+
+    torque: FloatArray
+    angle: FloatArray
+    count: FloatArray
+    fitted: FloatArray
+    low: FloatArray
+    high: FloatArray
+    residual: FloatArray
+    noise: FloatArray
+    kept: FloatArray
+    position: FloatArray
+
+
+@dataclass(frozen=True)
+class TestResult:
+    """One measured loop, fitted."""
+
+    __test__ = False  # not a pytest class
+
+    test_id: str
+    service_hours: float | None
+    date: str | None
+    note: str | None
+    event: str | None
+    loop: Loop
+    drive: Drive
+    prior_name: str
+    converged: bool
+    parameters: Mapping[str, ParameterSummary]
+    figures: Mapping[str, Mapping[float, float]]  # key → level → value
+    effects: tuple[str, ...]
+    fit: LoopFit
+    rmse_rad: float  # over the recorded samples
+    noise_floor_rad: float  # scatter of neighbouring readings about a smooth course
+    outlier_fraction: float
+    residual_correlation: float  # lag-1 correlation of the residual of neighbouring blocks
+    noise_model: str  # "white" or the named model of correlated noise, in words
+    diagnostics: Mapping[str, float]  # ensembles, walkers, steps, burn_in, tau, acceptance, seconds
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class FigureTrend:
+    """A figure of merit over service time: its state without the scatter of remounting.
+
+    Attributes
+    ----------
+    key : figure's name, as in `Limit.key`
+    hours : (times,) service hours, from the first test to the horizon
+    quantiles : (levels, times) at `LEVELS`
+    test_hours, test_quantiles : (tests,), (levels, tests) each test's own posterior
+    """
+
+    key: str
+    hours: FloatArray
+    quantiles: FloatArray
+    test_hours: FloatArray
+    test_quantiles: FloatArray
+
+
+@dataclass(frozen=True)
+class TrendSummary:
+    """The trend model as fitted."""
+
+    model: str  # one sentence
+    hyperparameters: Mapping[str, Mapping[float, float]]  # name → level → value
+    carried_by_prior: tuple[str, ...]  # hyperparameters that the data hardly moved
+    figures: Mapping[str, FigureTrend]
+    diagnostics: Mapping[str, float]
+    converged: bool
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """First crossing of one limit; `limit` is None for the first of all limits.
+
+    Attributes
+    ----------
+    now_hours : service hours of the last test
+    already_crossed : the state at now is past the limit with more than even odds
+    inspect_before_hours : service hours at which P(crossed) reaches the acceptable risk, or None
+        past the horizon
+    remaining_hours : level → hours from now, None past the horizon
+    crossing_probability : (times, 2) service hours and P(crossed), non-decreasing, now to horizon
+    """
+
+    limit: Limit | None
+    now_hours: float
+    already_crossed: bool
+    acceptable_risk: float
+    horizon_hours: float
+    inspect_before_hours: float | None
+    probability_crossed_by_shutdown: float | None
+    probability_crossed_by_horizon: float
+    remaining_hours: Mapping[float, float | None]
+    crossing_probability: FloatArray
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """How a result came about."""
+
+    hdprog_version: str
+    seed: int
+    quick: bool
+    command: str
+    created: str  # ISO 8601, UTC
+    versions: Mapping[str, str]
+    files: Mapping[str, str]  # file name → SHA-256
+
+
+@dataclass(frozen=True)
+class DriveResult:
+    """Everything about a drive: its tests, trend and forecasts (empty for a single fit)."""
+
+    drive: Drive
+    tests: tuple[TestResult, ...]
+    trend: TrendSummary | None
+    forecasts: tuple[Forecast, ...]
+    warnings: tuple[str, ...]
+    provenance: Provenance
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def converged(self) -> bool:
+        """Whether every fit and the trend converged."""
+        return all(test.converged for test in self.tests) and (
+            self.trend is None or self.trend.converged
+        )

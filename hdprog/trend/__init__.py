@@ -1,0 +1,1 @@
+"""Wear over service time: one state behind all tests of a drive."""

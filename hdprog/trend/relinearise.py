@@ -1,0 +1,158 @@
+"""One point of linearisation for all loops: the joint mode of the states behind them.
+
+A loop's likelihood is far from Gaussian along the ridge of its stiffnesses; at its own mode its
+curvature is that of the wrong place. All tests are therefore linearised together where the trend
+puts them, by damped Gauss-Newton steps on loops and trend at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdprog.physics.parameters import FloatArray
+from hdprog.trend.evidence import Linearised, LoopEvidence
+from hdprog.trend.state_space import Steps
+from hdprog.trend.wear_coordinates import linearise
+
+_TOLERANCE = 0.05  # next step in posterior spreads, per number, at which the climb ends
+_STUCK = 0.15  # the same where no step climbs any more: friction's kinks leave the ground rough
+_LARGEST_MOVE = 2.0  # of a coordinate in one step
+_TRIALS = 12
+
+
+@dataclass(frozen=True)
+class JointPrior:
+    """Gaussian of all tests' wear coordinates x_j (scatter included) given the hyperparameters.
+
+    Attributes
+    ----------
+    mean : (tests, 8)
+    precision : (tests·8, tests·8)
+    """
+
+    mean: FloatArray
+    precision: FloatArray
+
+    @staticmethod
+    def of(steps: Steps, scatter: float, scales: FloatArray) -> JointPrior:
+        """From the steps of one draw of the hyperparameters, along the tests."""
+        tests, count = steps.wear.shape[1], scales.size
+        segment = np.cumsum(steps.begins)
+        wear, passed = np.zeros(tests), np.zeros(tests)
+        wandered = np.zeros((tests, count, count))
+        shared = np.outer(steps.direction, steps.direction)
+        for test in range(tests):
+            added = steps.shared[0, test] * shared + np.diag(steps.own[0, test])
+            first = bool(steps.begins[test])
+            wear[test] = steps.wear[0, test] + (0.0 if first else wear[test - 1])
+            passed[test] = steps.passed[0, test] + (0.0 if first else passed[test - 1])
+            wandered[test] = added + (0.0 if first else wandered[test - 1])
+        covariance = np.zeros((tests, count, tests, count))
+        for row in range(tests):
+            for column in range(tests):
+                if segment[row] != segment[column]:
+                    continue
+                short, long = sorted((passed[row], passed[column]))
+                integrated = float(steps.rate[0]) * (short**2 * long / 2 - short**3 / 6)
+                fixed = wear[row] * wear[column] * steps.loading_variance
+                covariance[row, :, column] = (
+                    wandered[min(row, column)]
+                    + integrated * shared
+                    + np.diag(steps.initial_variance + fixed)
+                )
+            covariance[row, :, row] += np.diag((scatter * scales) ** 2)
+        mean = steps.initial_mean + wear[:, None] * steps.loading_mean
+        flat = covariance.reshape(tests * count, -1)
+        return JointPrior(mean, np.asarray(np.linalg.inv(flat)))
+
+    def log_density(self, points: FloatArray) -> float:
+        """Log density up to a constant at (tests, 8)."""
+        deviation = (points - self.mean).ravel()
+        return float(-0.5 * deviation @ self.precision @ deviation)
+
+
+@dataclass(frozen=True)
+class JointMode:
+    """Where the loops are linearised.
+
+    Attributes
+    ----------
+    points : (tests, 8)
+    loops : (tests) linearised there
+    converged : whether the last step was small against the posterior spread
+    steps : Gauss-Newton steps taken
+    """
+
+    points: FloatArray
+    loops: tuple[Linearised, ...]
+    converged: bool
+    steps: int
+
+
+def joint_mode(
+    tests: Sequence[LoopEvidence],
+    start: FloatArray,
+    prior: JointPrior,
+    largest_steps: int = 40,
+) -> JointMode:
+    """Climb to the joint mode of loops and trend.
+
+    Parameters
+    ----------
+    tests : in order
+    start : (tests, 8) wear coordinates to start from
+    prior : of the coordinates, from the trend
+    largest_steps : bound on the number of steps
+    """
+    points = start.copy()
+    loops = [linearise(test, point) for test, point in zip(tests, points, strict=True)]
+    height = _height(loops, points, prior)
+    damping = 0.0
+    for number in range(largest_steps + 1):
+        precision, slope = _joint(loops, points, prior)
+        step = np.linalg.solve(precision, slope)
+        left = float(np.sqrt(max(float(step @ slope), 0.0) / points.size))
+        if left <= _TOLERANCE or number == largest_steps:
+            break
+        for _ in range(_TRIALS):
+            move = np.linalg.solve(precision + damping * np.diag(np.diag(precision)), slope)
+            move *= min(1.0, _LARGEST_MOVE / float(np.max(np.abs(move))))
+            trial = points + move.reshape(points.shape)
+            trial_loops = [linearise(test, point) for test, point in zip(tests, trial, strict=True)]
+            trial_height = _height(trial_loops, trial, prior)
+            if trial_height > height:
+                points, loops, height = trial, trial_loops, trial_height
+                damping = damping / 10 if damping > 1e-6 else 0.0
+                break
+            damping = max(10 * damping, 1e-4)
+        else:
+            break
+    return JointMode(points, tuple(loops), left <= _STUCK, number)
+
+
+def _height(loops: Sequence[Linearised], points: FloatArray, prior: JointPrior) -> float:
+    return sum(loop.log_likelihood for loop in loops) + prior.log_density(points)
+
+
+def _joint(
+    loops: Sequence[Linearised], points: FloatArray, prior: JointPrior
+) -> tuple[FloatArray, FloatArray]:
+    """Joint precision and slope of the log density at the points."""
+    count = points.shape[1]
+    precision = prior.precision.copy()
+    slope = -(prior.precision @ (points - prior.mean).ravel())
+    for number, loop in enumerate(loops):
+        block = slice(number * count, (number + 1) * count)
+        precision[block, block] += loop.precision
+        slope[block] += loop.information - loop.precision @ points[number]
+    return precision, slope
+
+
+def moved(before: FloatArray, after: JointMode, prior: JointPrior) -> float:
+    """Distance of two points of linearisation (tests, 8) in joint posterior spreads, per number."""
+    precision, _ = _joint(after.loops, after.points, prior)
+    step = (after.points - before).ravel()
+    return float(np.sqrt(step @ precision @ step / step.size))

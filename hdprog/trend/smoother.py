@@ -1,0 +1,242 @@
+"""Kalman filter and smoother over the loops in information form, for many draws at once.
+
+The state is x and what it carries along: the loadings L and the rate's departure v, 17 numbers. A
+loop informs x only. With Λ, η what it says of x and P, m the prediction, W = (I + ΛP)⁻¹,
+u = W(η − Λm), G = WΛ give the update
+
+    m ← m + P u,   P ← P − P G P
+
+without inverting P or Λ, so that a loop that says nothing is no special case (Durbin & Koopman,
+Time Series Analysis by State Space Methods, 2nd ed. 2012, ch. 4; the backward recursion is that of
+Bryson & Frazier, 1963).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hdprog.physics.parameters import FloatArray
+from hdprog.trend.observation import Observations
+from hdprog.trend.state_space import Steps
+
+COUNT = 8
+_IDENTITY = np.eye(COUNT)
+_LOADS = np.eye(COUNT, COUNT + 1)
+
+
+def _carries(steps: Steps, time: int) -> FloatArray:
+    """How x moves by what it carries, (draws, 8, 9): loadings times wear, rate along m."""
+    moves = steps.wear[:, time, None, None] * _LOADS
+    moves[..., COUNT] = steps.passed[:, time, None] * steps.direction
+    return moves
+
+
+@dataclass
+class _Predicted:
+    """Prediction of x and of what it carries, for every draw; c stands for the carried."""
+
+    x: FloatArray  # (draws, 8)
+    c: FloatArray  # (draws, 9)
+    xx: FloatArray
+    xc: FloatArray
+    cc: FloatArray
+
+    @staticmethod
+    def new(steps: Steps, draws: int) -> _Predicted:
+        """Before the first hour of a drive; its rate is the clock's."""
+        return _Predicted(
+            np.tile(steps.initial_mean, (draws, 1)),
+            np.tile(np.append(steps.loading_mean, 0.0), (draws, 1)),
+            np.tile(np.diag(steps.initial_variance), (draws, 1, 1)),
+            np.zeros((draws, COUNT, COUNT + 1)),
+            np.tile(np.diag(np.append(steps.loading_variance, 0.0)), (draws, 1, 1)),
+        )
+
+    def advance(self, steps: Steps, direction: FloatArray, time: int) -> None:
+        """Wear and wander from the time before to this one."""
+        moves = _carries(steps, time)
+        carried = moves @ self.cc
+        cross = self.xc @ np.swapaxes(moves, -1, -2)
+        passed = steps.passed[:, time]
+        departure = steps.rate * passed  # variance gained by v; it leads the shared walk
+        shared = steps.shared[:, time] + departure * passed**2 / 3
+        self.x = self.x + (moves @ self.c[..., None])[..., 0]
+        self.xx = self.xx + cross + np.swapaxes(cross, -1, -2)
+        self.xx += carried @ np.swapaxes(moves, -1, -2)
+        self.xx += shared[:, None, None] * direction
+        self.xx += steps.own[:, time, :, None] * _IDENTITY
+        self.xc = self.xc + carried
+        self.xc[..., COUNT] += (departure * passed / 2)[:, None] * steps.direction
+        self.cc = self.cc.copy()
+        self.cc[..., COUNT, COUNT] += departure
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """What the backward recursion needs of one time."""
+
+    x: FloatArray
+    c: FloatArray
+    xx: FloatArray
+    xc: FloatArray
+    cc: FloatArray
+    gain: FloatArray  # G
+    pull: FloatArray  # u
+
+
+def _update(
+    now: _Predicted, precision: FloatArray, information: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Take in one loop, in place; returns G, u and the log of its predictive factor."""
+    surprise = information - (precision @ now.x[..., None])[..., 0]
+    matrix = precision @ now.xx + _IDENTITY
+    right = np.concatenate([precision, surprise[..., None]], axis=-1)
+    solved = np.linalg.solve(matrix, right)
+    gain, pull = solved[..., :COUNT], solved[..., COUNT]
+    moved = (now.xx @ pull[..., None])[..., 0]
+    log_factor = (
+        -0.5 * np.linalg.slogdet(matrix)[1]
+        + 0.5 * np.sum(surprise * moved, axis=-1)
+        + 0.5 * np.sum((surprise + information) * now.x, axis=-1)
+    )
+    cx = np.swapaxes(now.xc, -1, -2)
+    now.c = now.c + (cx @ pull[..., None])[..., 0]
+    now.x = now.x + moved
+    weighted = gain @ now.xc
+    now.cc = now.cc - cx @ weighted
+    now.xc = now.xc - now.xx @ weighted
+    shrunk = now.xx - now.xx @ (gain @ now.xx)
+    now.xx = 0.5 * (shrunk + np.swapaxes(shrunk, -1, -2))
+    return gain, pull, log_factor
+
+
+def log_evidence(steps: Steps, scatter: FloatArray, observations: Observations) -> FloatArray:
+    """Log of the likelihood of all loops, states and loadings integrated out, (draws,)."""
+    return _filter(steps, *observations.behind_scatter(scatter), keep=None)
+
+
+def _filter(
+    steps: Steps,
+    precision: FloatArray,
+    information: FloatArray,
+    log_factor: FloatArray,
+    keep: list[_Kept] | None,
+) -> FloatArray:
+    draws, times = steps.wear.shape
+    direction = np.outer(steps.direction, steps.direction)
+    total = log_factor.copy()
+    now = _Predicted.new(steps, draws)
+    informed = np.any(precision != 0, axis=(0, 2, 3))
+    for time in range(times):
+        if steps.begins[time] and time > 0:
+            now = _Predicted.new(steps, draws)
+        now.advance(steps, direction, time)
+        before = (now.x, now.c, now.xx, now.xc, now.cc)
+        gain, pull = np.zeros_like(now.xx), np.zeros_like(now.x)
+        if informed[time]:
+            gain, pull, factor = _update(now, precision[:, time], information[:, time])
+            total += factor
+        if keep is not None:
+            keep.append(_Kept(*before, gain, pull))
+    return total
+
+
+def smooth(
+    steps: Steps, precision: FloatArray, information: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Mean of the states at every time given all loops, and of what the last carries.
+
+    Parameters
+    ----------
+    steps : of every draw
+    precision, information : (draws, times, 8, 8), (draws, times, 8) of x(t), scatter taken out
+
+    Returns
+    -------
+    states (draws, times, 8); loadings and the rate's departure at the last time (draws, 9)
+    """
+    kept: list[_Kept] = []
+    _filter(steps, precision, information, np.zeros(steps.wear.shape[0]), kept)
+    draws, times = steps.wear.shape
+    states = np.empty((draws, times, COUNT))
+    carried = np.empty((draws, COUNT + 1))
+    on_x, on_c = np.zeros((draws, COUNT)), np.zeros((draws, COUNT + 1))
+    for time in range(times - 1, -1, -1):
+        at = kept[time]
+        seen = (at.xx @ on_x[..., None] + at.xc @ on_c[..., None])[..., 0]
+        on_x = at.pull + on_x - (at.gain @ seen[..., None])[..., 0]
+        states[:, time] = at.x + (at.xx @ on_x[..., None] + at.xc @ on_c[..., None])[..., 0]
+        if time == times - 1:
+            cx = np.swapaxes(at.xc, -1, -2)
+            carried = at.c + (cx @ on_x[..., None])[..., 0]
+        on_c = on_c + (np.swapaxes(_carries(steps, time), -1, -2) @ on_x[..., None])[..., 0]
+        if steps.begins[time]:
+            on_x, on_c = np.zeros_like(on_x), np.zeros_like(on_c)
+    return states, carried
+
+
+def simulate(
+    steps: Steps,
+    rng: np.random.Generator,
+    start: tuple[FloatArray, FloatArray] | None = None,
+    first: int = 0,
+    heals: bool = True,
+) -> tuple[FloatArray, FloatArray]:
+    """Draw states from the model without any loop.
+
+    Parameters
+    ----------
+    steps : of every draw
+    rng : source of randomness
+    start : state (draws, 8) and carried (draws, 9) just before `first`; drawn where a drive begins
+    first : first time to draw
+    heals : whether the rate may run below zero, as it may in the linear model
+
+    Returns
+    -------
+    states (draws, times − first, 8), and what the last carries (draws, 9)
+    """
+    draws, times = steps.wear.shape
+    x, c = (np.zeros((draws, COUNT)), np.zeros((draws, COUNT + 1))) if start is None else start
+    states = np.empty((draws, times - first, COUNT))
+    for time in range(first, times):
+        if steps.begins[time]:
+            x, c = rng.standard_normal((draws, COUNT)), np.zeros((draws, COUNT + 1))
+            x = steps.initial_mean + np.sqrt(steps.initial_variance) * x
+            spread = np.sqrt(steps.loading_variance) * rng.standard_normal((draws, COUNT))
+            c[:, :COUNT] = steps.loading_mean + spread
+        wear, passed = steps.wear[:, time], steps.passed[:, time]
+        common, turn, lead = rng.standard_normal((3, draws))
+        departure = np.sqrt(steps.rate * passed)
+        gained = passed * (c[:, COUNT] + departure * (turn / 2 + lead / np.sqrt(12)))
+        if not heals:
+            gained = np.maximum(gained, -wear)
+        gained = gained + np.sqrt(steps.shared[:, time]) * common
+        own = np.sqrt(steps.own[:, time]) * rng.standard_normal((draws, COUNT))
+        x = x + wear[:, None] * c[:, :COUNT] + gained[:, None] * steps.direction + own
+        c = np.column_stack([c[:, :COUNT], c[:, COUNT] + departure * turn])
+        states[:, time - first] = x
+    return states, c
+
+
+def draw(
+    steps: Steps, observations: Observations, scatter: FloatArray, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """Draw states given all loops, one path for each draw of `steps`.
+
+    A path drawn from the model, corrected by the smoothed mean of what the loops say beyond it
+    (Durbin & Koopman, Biometrika 89, 2002).
+
+    Returns
+    -------
+    states (draws, times, 8), and what the last carries (draws, 9)
+    """
+    precision, information, _ = observations.behind_scatter(scatter)
+    states, carried = simulate(steps, rng)
+    said = (precision @ states[..., None])[..., 0] + observations.draw_noise(scatter, rng)
+    nothing = np.zeros(COUNT)
+    around_zero = replace(steps, initial_mean=nothing, loading_mean=nothing)
+    correction = smooth(around_zero, precision, information - said)
+    return states + correction[0], carried + correction[1]

@@ -1,0 +1,200 @@
+"""The trend as a linear state-space model, given its few hyperparameters.
+
+    x(t) = x_0 + L·w(t) + m·∫v du + d(t)     state of the drive, 8 wear coordinates
+    x_j  = x(t_j) + e_j                      what test j meets after remounting
+
+x_0 has the loop's prior, once a drive; the loadings L a Gaussian around the direction of wear m.
+The rate of wear departs from the clock's by v, a random walk from zero (a local linear trend), and
+d is a random walk along m and, smaller, of every coordinate alone. The time of both walks is the
+expected wear u (Wiener processes with a time-scale transformation). e_j is scatter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdprog.physics.parameters import FloatArray
+from hdprog.trend.evidence import LoopEvidence
+from hdprog.trend.wear_clock import ServiceClock, WearClock
+from hdprog.trend.wear_coordinates import StatePrior
+from hdprog.trend.wear_prior import WearPrior
+
+HYPERPARAMETERS: tuple[str, ...] = (
+    "wear_rate",
+    "clock_exponent",
+    "clock_curvature",
+    "running_in",
+    "running_in_length",
+    "volatility",
+    "rate_volatility",
+    "own_volatility",
+    "remounting_scatter",
+)
+"""Sampled as standard normal deviates, one column each."""
+
+
+@dataclass(frozen=True)
+class Hyperparameters:
+    """Values of the hyperparameters, each (draws,); see priors/trend.toml."""
+
+    clock: WearClock
+    volatility: FloatArray
+    rate_volatility: FloatArray
+    own_volatility: FloatArray
+    scatter: FloatArray
+
+    @staticmethod
+    def of(deviates: FloatArray, prior: WearPrior) -> Hyperparameters:
+        """From standard normal deviates (draws, 9)."""
+        rate, exponent, curvature, quick, length, volatility, change, own, scatter = deviates.T
+        return Hyperparameters(
+            WearClock(
+                prior.wear_rate.at(rate),
+                prior.clock_exponent.at(exponent),
+                prior.clock_curvature.at(curvature),
+                prior.running_in.at(quick),
+                prior.running_in_length.at(length),
+                prior.wear_rate.reference_hours,
+            ),
+            prior.volatility.at(volatility),
+            prior.rate_volatility.at(change),
+            prior.own_volatility.at(own),
+            prior.remounting_scatter.at(scatter),
+        )
+
+    def named(self) -> dict[str, FloatArray]:
+        """(draws,) by the names of `HYPERPARAMETERS`."""
+        clock = self.clock
+        values = (clock.rate, clock.exponent, clock.curvature)
+        values = (*values, clock.running_in, clock.running_in_length)
+        rest = (self.volatility, self.rate_volatility, self.own_volatility, self.scatter)
+        return dict(zip(HYPERPARAMETERS, values + rest, strict=True))
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """When the drive was looked at, and what was done to it.
+
+    Attributes
+    ----------
+    age : (times,) hours of the clock since the drive was new or replaced
+    begins : (times,) True where a new drive begins: at the first time and at each replacement
+    event_variance : (times, 8) variance of the lasting step just before the time
+    """
+
+    age: FloatArray
+    begins: NDArray[np.bool_]
+    event_variance: FloatArray
+
+    @staticmethod
+    def of(
+        tests: Sequence[LoopEvidence],
+        clock: ServiceClock,
+        prior: WearPrior,
+        hours: FloatArray | None = None,
+    ) -> tuple[Timeline, NDArray[np.intp]]:
+        """Timeline of tests in order and of further service hours among or after them.
+
+        Returns
+        -------
+        the timeline, and (times,) which test each time is, −1 for a further time; at equal hours
+        tests go first
+        """
+        extra = np.empty(0) if hours is None else np.asarray(hours, dtype=float)
+        service = np.concatenate([[test.service_hours for test in tests], extra])
+        which = np.concatenate([np.arange(len(tests)), np.full(extra.size, -1)])
+        order = np.argsort(service, kind="stable")
+        service, which = service[order], which[order].astype(np.intp)
+        variance = np.zeros((service.size, prior.loading_mean.size))
+        begins = np.zeros(service.size, dtype=bool)
+        begins[0] = True
+        for place, test in enumerate(which):
+            if test >= 0:
+                variance[place] = prior.event_variance(tests[test].event)
+                begins[place] |= tests[test].event == "replaced" and place > 0
+        counted = clock(service)
+        start = np.zeros(service.size)
+        origin = 0.0
+        for place in range(service.size):
+            if begins[place] and place > 0:
+                origin = counted[place]
+            start[place] = origin
+        return Timeline(counted - start, begins, variance), which
+
+
+@dataclass(frozen=True)
+class Steps:
+    """What happens from one time to the next, for every draw of the hyperparameters.
+
+    Attributes
+    ----------
+    initial_mean, initial_variance : (8,) of x_0
+    loading_mean, loading_variance : (8,) of L
+    direction : (8,) m of shared random wear, the expected loadings
+    begins : (times,) where x and L start anew
+    wear : (draws, times) increment of wear
+    passed : (draws, times) increment of the walks' time
+    rate : (draws,) variance of the rate's departure per unit of that time
+    shared : (draws, times) variance added along the direction of wear
+    own : (draws, times, 8) variance added to each coordinate
+    """
+
+    initial_mean: FloatArray
+    initial_variance: FloatArray
+    loading_mean: FloatArray
+    loading_variance: FloatArray
+    direction: FloatArray
+    begins: NDArray[np.bool_]
+    wear: FloatArray
+    passed: FloatArray
+    rate: FloatArray
+    shared: FloatArray
+    own: FloatArray
+
+    @staticmethod
+    def of(
+        timeline: Timeline, values: Hyperparameters, prior: StatePrior, wear_prior: WearPrior
+    ) -> Steps:
+        """Lay the steps along a timeline."""
+        expected = values.clock.expected(timeline.age)
+        reached = values.clock.level(expected)
+        worn = _increments(reached, timeline.begins)
+        # What has levelled off still wanders; what accelerates wanders the more.
+        counted = np.maximum(worn, _increments(expected, timeline.begins))
+        own = (values.own_volatility[:, None] ** 2 * counted)[
+            ..., None
+        ] * wear_prior.drift_scales**2
+        return Steps(
+            prior.mean,
+            prior.sd**2,
+            wear_prior.loading_mean,
+            wear_prior.loading_sd**2,
+            wear_prior.loading_mean,
+            timeline.begins,
+            worn,
+            counted,
+            values.rate_volatility**2,
+            values.volatility[:, None] ** 2 * counted,
+            own + timeline.event_variance,
+        )
+
+    def upto(self, times: int) -> Steps:
+        """Keep the first few times only."""
+        return replace(
+            self,
+            begins=self.begins[:times],
+            wear=self.wear[:, :times],
+            passed=self.passed[:, :times],
+            shared=self.shared[:, :times],
+            own=self.own[:, :times],
+        )
+
+
+def _increments(values: FloatArray, begins: NDArray[np.bool_]) -> FloatArray:
+    """Increments along the last axis of a course that starts from zero at each beginning."""
+    before = np.where(begins, 0.0, np.roll(values, 1, axis=-1))
+    return np.asarray(np.maximum(values - before, 0.0))

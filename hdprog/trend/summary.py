@@ -1,0 +1,128 @@
+"""A fitted trend in numbers ready to be written, checked against each test's own posterior."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from hdprog.config import Drive
+from hdprog.inference.priors import Prior
+from hdprog.inference.summarise import figure_requests
+from hdprog.physics.figures import FigureRequest, Operation
+from hdprog.physics.parameters import FloatArray
+from hdprog.results import LEVELS, FigureTrend, TrendSummary
+from hdprog.trend.evidence import LoopEvidence
+from hdprog.trend.figure_paths import figure_paths
+from hdprog.trend.trend import Trend
+
+MODEL = (
+    "one wear coordinate behind all parameters, w = (1 − exp(−κu))/κ with u = A·(hours/h)^p, "
+    "loadings around the direction of Table 2, random wear, small own drifts and remounting scatter"
+)
+_DRAWS = 400
+_OWN_DRAWS = 400
+_PAST, _AHEAD = 40, 40
+_LARGEST_SHIFT = 3.5
+_SLACK = 0.35  # of a test's own spread, by which the trend's mean may differ for free
+_WIDEST = 1.3
+
+
+def figure_quantiles(values: FloatArray) -> FloatArray:
+    """Quantiles (levels, times) at `LEVELS` of values (draws, times)."""
+    return np.asarray(np.quantile(values, LEVELS, axis=0))
+
+
+def own_figures(
+    test: LoopEvidence, request: FigureRequest, prior: Prior, operation: Operation
+) -> FloatArray:
+    """Compute a figure over (at most 400 of) a test's own posterior draws, (draws,)."""
+    every = max(1, len(test.posterior) // _OWN_DRAWS)
+    return figure_paths(request, test.posterior[::every], prior, operation)
+
+
+def summarise(
+    trend: Trend, drive: Drive, operation: Operation, rng: np.random.Generator
+) -> TrendSummary:
+    """Put a trend into numbers.
+
+    Parameters
+    ----------
+    trend : as fitted
+    drive : its limits' figures are followed beside the standard ones, up to its horizon
+    operation : what the figures refer to
+    rng : source of randomness
+
+    Returns
+    -------
+    the summary; its warnings name every test whose figures the trend does not reproduce
+    """
+    requests = figure_requests(drive, operation)
+    horizon_hours = drive.forecast.horizon_hours
+    first, now = trend.tests[0].service_hours, trend.now_hours
+    hours = np.linspace(first, now, _PAST)
+    if horizon_hours > now:
+        hours = np.concatenate([hours, np.linspace(now, horizon_hours, _AHEAD + 1)[1:]])
+    coordinates = trend.paths(hours, rng, _DRAWS)
+    measured = trend.measured(rng, _DRAWS)
+    test_hours = np.array([test.service_hours for test in trend.tests])
+    figures, said = {}, []
+    for request in requests:
+        own = [own_figures(test, request, trend.prior, operation) for test in trend.tests]
+        figures[request.key] = FigureTrend(
+            request.key,
+            hours,
+            figure_quantiles(figure_paths(request, coordinates, trend.prior, operation)),
+            test_hours,
+            np.stack([np.quantile(values, LEVELS) for values in own], axis=1),
+        )
+        joint = figure_paths(request, measured, trend.prior, operation)
+        said += mismatches(request.key, own, joint)
+    return TrendSummary(
+        model=MODEL,
+        hyperparameters=_levels(trend.hyperparameters()),
+        carried_by_prior=trend.carried_by_prior(),
+        figures=figures,
+        diagnostics={
+            "rhat": trend.draws.rhat,
+            "ess_bulk": trend.draws.ess_bulk,
+            "ess_tail": trend.draws.ess_tail,
+            "linearisation_steps": float(trend.mode.steps),
+        },
+        converged=trend.converged,
+        warnings=(*trend.warnings, *said),
+    )
+
+
+def mismatches(key: str, own: Sequence[FloatArray], joint: FloatArray) -> list[str]:
+    """Name tests whose figure the trend does not reproduce, in words.
+
+    The other tests may sharpen a test's figure and move it within its own spread: for two
+    estimates of which one uses the other's data, the variance of the difference is the difference
+    of the variances. More than that, or a spread wider than the test's own, means that the
+    Gaussian that stands for the loop is wrong there.
+
+    Parameters
+    ----------
+    key : the figure's name
+    own : (tests) arrays of draws from each test's own posterior
+    joint : (draws, tests) from the trend, scatter included
+    """
+    said = []
+    for number, values in enumerate(own):
+        mean, sd = float(values.mean()), float(values.std())
+        shift, spread = float(joint[:, number].mean()) - mean, float(joint[:, number].std())
+        allowed = np.sqrt(max(sd**2 - spread**2, 0.0) + (_SLACK * sd) ** 2)
+        if abs(shift) > _LARGEST_SHIFT * allowed or spread > _WIDEST * sd:
+            said.append(
+                f"The trend puts {key} of test {number + 1} at {mean + shift:.4g} ± {spread:.2g}, "
+                f"the test itself at {mean:.4g} ± {sd:.2g}: read the forecast of {key} with care."
+            )
+    return said
+
+
+def _levels(values: Mapping[str, FloatArray]) -> dict[str, dict[float, float]]:
+    return {
+        name: {level: float(np.quantile(draws, level)) for level in LEVELS}
+        for name, draws in values.items()
+    }

@@ -1,0 +1,326 @@
+"""The trend of one drive over all its tests, and paths of its state drawn from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdprog.config import Drive
+from hdprog.config.drive import DEFAULT_ALPHA
+from hdprog.inference.priors import Prior
+from hdprog.physics.figures import Operation
+from hdprog.physics.parameters import NAMES, FloatArray
+from hdprog.results import TrendSummary
+from hdprog.trend.bend import Bend
+from hdprog.trend.evidence import LoopEvidence, in_order
+from hdprog.trend.hyperparameters import (
+    FULL,
+    QUICK,
+    HyperparameterDraws,
+    LogDensity,
+    mode_of,
+    sample,
+    starting_walkers,
+)
+from hdprog.trend.observation import Observations
+from hdprog.trend.relinearise import JointMode, JointPrior, joint_mode, moved
+from hdprog.trend.smoother import draw, log_evidence, simulate
+from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
+from hdprog.trend.wear_clock import ServiceClock
+from hdprog.trend.wear_coordinates import StatePrior, from_loop, linearise, to_loop
+from hdprog.trend.wear_prior import WearPrior
+
+_B = NAMES.index("b")
+_FARTHEST = 15.0  # prior spreads of a coordinate from its prior mean: figures stay finite
+_FARTHEST_DEVIATE = 6.0  # of a hyperparameter from its prior's median, in its prior's spreads
+_MOST_WEAR = 30.0  # units up to the last test; one unit leaves an eighth of the teeth's stiffness
+_UNWORN = np.array([-4.0] + [0.0] * (len(HYPERPARAMETERS) - 1))
+_MOVED_ENOUGH = 0.3  # posterior spreads per coordinate after which the loops are taken anew
+_ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Paths of a drive's state, and how far each may have wandered between their times.
+
+    Attributes
+    ----------
+    hours : (times,) service hours
+    states : (draws, times, 8) wear coordinates
+    direction : (8,) along which wear wanders
+    shared : (draws, times) variance added along it since the time before
+    own : (draws, times, 8) variance added to each coordinate alone
+    """
+
+    hours: FloatArray
+    states: FloatArray
+    direction: FloatArray
+    shared: FloatArray
+    own: FloatArray
+
+    @property
+    def coordinates(self) -> FloatArray:
+        """(draws, times, 8) the loops' unconstrained coordinates."""
+        return to_loop(self.states)
+
+
+@dataclass(frozen=True)
+class Trend:
+    """A fitted trend.
+
+    Attributes
+    ----------
+    tests : in order of service hours
+    prior, wear_prior : of the loops and of the wear
+    clock : from service hours to the hours by which wear counts
+    mode : where the loops were linearised
+    draws : of the hyperparameters, as standard normal deviates
+    warnings : in words
+    alpha : gear-tooth angle in rad
+    """
+
+    tests: tuple[LoopEvidence, ...]
+    prior: Prior
+    wear_prior: WearPrior
+    clock: ServiceClock
+    mode: JointMode
+    draws: HyperparameterDraws
+    warnings: tuple[str, ...]
+    alpha: float = DEFAULT_ALPHA
+
+    @property
+    def now_hours(self) -> float:
+        """Service hours of the last test."""
+        return self.tests[-1].service_hours
+
+    @property
+    def converged(self) -> bool:
+        """Whether both the sampling and the linearisation came to rest."""
+        return self.draws.converged and self.mode.converged
+
+    def paths(
+        self,
+        hours: FloatArray,
+        rng: np.random.Generator,
+        draws: int = 1000,
+        load_factor: float = 1.0,
+    ) -> FloatArray:
+        """Coordinates (draws, times, 8) of paths of the drive's state; see `wandering_paths`."""
+        return self.wandering_paths(hours, rng, draws, load_factor).coordinates
+
+    def wandering_paths(
+        self,
+        hours: FloatArray,
+        rng: np.random.Generator,
+        draws: int = 1000,
+        load_factor: float = 1.0,
+    ) -> Paths:
+        """Paths of the drive's state, without the scatter of remounting.
+
+        Parameters
+        ----------
+        hours : (times,) service hours, rising, before and after now
+        rng : source of randomness
+        draws : number of paths
+        load_factor : pace of the clock past the last test over the pace so far, e.g. 0.8³ at
+            80 % torque
+        """
+        values = Hyperparameters.of(self.draws.thinned(draws, rng), self.wear_prior)
+        clock = self.clock.slowed(load_factor)
+        timeline, which = Timeline.of(self.tests, clock, self.wear_prior, hours)
+        steps = Steps.of(timeline, values, StatePrior.of(self.prior), self.wear_prior)
+        behind = int(np.flatnonzero(which >= 0)[-1]) + 1
+        seen = Observations.of(self.mode.loops, self.wear_prior.scales, which[:behind])
+        states, carried = draw(steps.upto(behind), seen, values.scatter, rng)
+        states = states + self._put_back(states, values.scatter, which[:behind], rng)
+        now = states[:, -1]
+        ahead, _ = simulate(steps, rng, (now, carried), behind, heals=False)
+        ahead[..., _B] = self._level_off(now[:, _B], ahead[..., _B], rng)
+        path = np.concatenate([states, ahead], axis=1)[:, which < 0]
+        centre, farthest = steps.initial_mean, _FARTHEST * np.sqrt(steps.initial_variance)
+        return Paths(
+            np.asarray(hours, dtype=float),
+            np.clip(path, centre - farthest, centre + farthest),
+            self.wear_prior.loading_mean,
+            steps.shared[:, which < 0],
+            steps.own[:, which < 0],
+        )
+
+    def measured(self, rng: np.random.Generator, draws: int = 500) -> FloatArray:
+        """Draw what each test met, scatter included, given all tests: (draws, tests, 8)."""
+        values = Hyperparameters.of(self.draws.thinned(draws, rng), self.wear_prior)
+        timeline, _ = Timeline.of(self.tests, self.clock, self.wear_prior)
+        steps = Steps.of(timeline, values, StatePrior.of(self.prior), self.wear_prior)
+        seen = Observations.of(self.mode.loops, self.wear_prior.scales)
+        states, _ = draw(steps, seen, values.scatter, rng)
+        measured = seen.draw_measured(states, values.scatter, rng)
+        return to_loop(measured + self._bent(measured))
+
+    def hyperparameters(self) -> Mapping[str, FloatArray]:
+        """Draws of the hyperparameters by name, (draws,) each."""
+        return Hyperparameters.of(self.draws.flat, self.wear_prior).named()
+
+    def carried_by_prior(self) -> tuple[str, ...]:
+        """Hyperparameters whose spread the tests hardly narrowed: by less than a fifth."""
+        spread = self.draws.flat.std(axis=0)
+        return tuple(name for name, sd in zip(HYPERPARAMETERS, spread, strict=True) if sd**2 > 0.64)
+
+    def summary(self, drive: Drive, operation: Operation, rng: np.random.Generator) -> TrendSummary:
+        """Put the trend into numbers ready to be written; see `hdprog.trend.summary.summarise`."""
+        from hdprog.trend.summary import summarise
+
+        return summarise(self, drive, operation, rng)
+
+    def _bent(self, measured: FloatArray) -> FloatArray:
+        """Correction of draws (draws, tests, 8) onto the ridge of each loop."""
+        spread, scale = StatePrior.of(self.prior).sd, self.prior.softplus_scale
+        each = [
+            Bend(point, loop, spread, self.alpha, scale).correction(measured[:, number])
+            for number, (point, loop) in enumerate(
+                zip(self.mode.points, self.mode.loops, strict=True)
+            )
+        ]
+        return np.stack(each, axis=1)
+
+    def _put_back(
+        self,
+        states: FloatArray,
+        scatter: FloatArray,
+        which: NDArray[np.intp],
+        rng: np.random.Generator,
+    ) -> FloatArray:
+        """Correction (draws, times, 8) that puts states back on the loops' ridges.
+
+        It is found at the tests and goes straight from one to the next between them.
+        """
+        at = np.flatnonzero(which >= 0)
+        seen = Observations.of(self.mode.loops, self.wear_prior.scales)
+        found = self._bent(seen.draw_measured(states[:, at], scatter, rng))
+        after = np.clip(np.searchsorted(at, np.arange(which.size)), 0, at.size - 1)
+        before = np.maximum(after - 1, 0)
+        gap = np.maximum(at[after] - at[before], 1)
+        share = np.clip((np.arange(which.size) - at[before]) / gap, 0.0, 1.0)[:, None]
+        return np.asarray((1 - share) * found[:, before] + share * found[:, after])
+
+    def _level_off(
+        self, now: FloatArray, ahead: FloatArray, rng: np.random.Generator
+    ) -> FloatArray:
+        """Let log b, falling from (draws,) now along (draws, times), tend to its floor.
+
+        With f the floor, b = f + (b_now − f)·exp(−fall/(1 − f/b_now)): the slope at now is kept.
+        """
+        present = np.exp(now)
+        floor = self.wear_prior.floor(present, rng.uniform(size=now.size))
+        share = np.minimum(floor / present, 0.999)[:, None]
+        fall = now[:, None] - ahead
+        level = share + (1 - share) * np.exp(-np.maximum(fall, 0.0) / (1 - share))
+        return np.asarray(np.where(fall > 0, now[:, None] + np.log(level), ahead))
+
+
+def fit_trend(
+    evidence: Sequence[LoopEvidence],
+    prior: Prior,
+    wear_prior: WearPrior,
+    rng: np.random.Generator,
+    quick: bool = False,
+    alpha: float = DEFAULT_ALPHA,
+) -> Trend:
+    """Fit the trend to a drive's tests.
+
+    Parameters
+    ----------
+    evidence : the tests, in any order
+    prior : of the loops' coordinates; counts once a drive, not once a test
+    wear_prior : see `read_wear_prior`
+    rng : source of randomness
+    quick : fewer draws
+    alpha : gear-tooth angle in rad
+
+    Raises
+    ------
+    BadInputError
+        without tests, or for hours or events that cannot be
+    """
+    tests = in_order(evidence)
+    clock = ServiceClock.of(tests)
+    timeline, _ = Timeline.of(tests, clock, wear_prior)
+    state_prior = StatePrior.of(prior)
+
+    def steps_of(deviates: FloatArray) -> tuple[Steps, FloatArray]:
+        values = Hyperparameters.of(deviates, wear_prior)
+        return Steps.of(timeline, values, state_prior, wear_prior), values.scatter
+
+    def joint_prior(deviates: FloatArray) -> JointPrior:
+        steps, scatter = steps_of(deviates[None])
+        return JointPrior.of(steps, float(scatter[0]), wear_prior.scales)
+
+    def density_at(mode: JointMode) -> LogDensity:
+        seen = Observations.of(mode.loops, wear_prior.scales)
+
+        def log_density(deviates: FloatArray) -> FloatArray:
+            inside = np.abs(deviates).max(axis=1) < _FARTHEST_DEVIATE
+            inside &= steps_of(deviates)[0].passed.sum(axis=1) < _MOST_WEAR
+            safe = np.where(inside[:, None], deviates, _UNWORN)
+            evidence = log_evidence(*steps_of(safe), seen)
+            inside &= np.isfinite(evidence)
+            return np.where(inside, evidence - 0.5 * np.sum(deviates**2, axis=1), -np.inf)
+
+        return log_density
+
+    start = from_loop(np.stack([test.posterior.mean(axis=0) for test in tests]))
+    loops = tuple(linearise(test, point) for test, point in zip(tests, start, strict=True))
+    found = JointMode(start, loops, converged=False, steps=0)
+    starts = np.concatenate([_UNWORN[None], rng.standard_normal((63, _UNWORN.size))])
+    for _ in range(_ROUNDS):
+        best = mode_of(density_at(found), starts)
+        found = joint_mode(tests, found.points, joint_prior(best))
+        starts = np.concatenate([best[None], best + 0.3 * rng.standard_normal((7, best.size))])
+    walkers = starting_walkers(density_at(found), best, rng)
+    # A first, short run finds where the hyperparameters lie; the loops are taken anew there.
+    first = sample(density_at(found), walkers, 60, 60, rng)
+    walkers, centre = first.chains[:, -1], joint_prior(first.flat.mean(axis=0))
+    effort = QUICK if quick else FULL
+    for _ in range(_ROUNDS):
+        found = joint_mode(tests, found.points, centre)
+        draws = sample(density_at(found), walkers, 40, effort.steps, rng, effort)
+        walkers, centre = draws.chains[:, -1], joint_prior(draws.flat.mean(axis=0))
+        final = joint_mode(tests, found.points, centre)
+        distance = moved(found.points, final, centre)
+        if distance < _MOVED_ENOUGH:
+            break
+    said = _warnings(tests, final, draws, distance)
+    return Trend(tests, prior, wear_prior, clock, final, draws, said, alpha)
+
+
+def _warnings(
+    tests: Sequence[LoopEvidence], found: JointMode, draws: HyperparameterDraws, distance: float
+) -> tuple[str, ...]:
+    said = []
+    if len(tests) == 1:
+        said.append(
+            "There is one test only: how fast the drive wears is the wear prior's, not the drive's."
+        )
+    elif len(tests) < 4:
+        said.append(
+            f"There are {len(tests)} tests only: the wear prior carries much of the forecast."
+        )
+    if any(test.event == "replaced" for test in tests[1:]):
+        said.append(
+            "The drive was replaced: the state starts anew there; its pace and scatter are taken "
+            "to be like those of the one before."
+        )
+    if not found.converged or distance > _MOVED_ENOUGH:
+        said.append(
+            "The joint linearisation of the loops did not come to rest "
+            f"(last move {distance:.2g} posterior spreads); the forecast is marked."
+        )
+    if not draws.converged:
+        said.append(
+            "The trend's hyperparameters did not converge "
+            f"(R-hat {draws.rhat:.3f}, effective draws {draws.ess_bulk:.0f} in the bulk and "
+            f"{draws.ess_tail:.0f} in the tails); the forecast is marked."
+        )
+    return tuple(said)

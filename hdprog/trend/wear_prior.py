@@ -1,0 +1,176 @@
+"""What is believed of wear before a drive's own tests: direction, pace, clock, scatter."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from statistics import NormalDist
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from hdprog.errors import BadInputError
+from hdprog.physics.parameters import NAMES, FloatArray
+from hdprog.shipped import shipped
+
+FILE = "trend.toml"
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class LogNormal(_Strict):
+    """A log-normal belief: median and standard deviation of the logarithm."""
+
+    median: float = Field(gt=0)
+    log_sd: float = Field(gt=0, le=5)
+
+    def at(self, deviate: FloatArray) -> FloatArray:
+        """Value at standard normal deviates (any shape)."""
+        return np.asarray(self.median * np.exp(self.log_sd * deviate))
+
+
+class WearRate(LogNormal):
+    """Units of wear reached after `reference_hours`."""
+
+    reference_hours: float = Field(gt=0)
+
+
+class Loading(_Strict):
+    """Change of one coordinate per unit of wear."""
+
+    mean: float
+    sd: float = Field(gt=0)
+
+
+class Curvature(_Strict):
+    """Curvature κ of the wear clock: zero for most of the prior, continuous from there."""
+
+    levelling: float = Field(gt=0, lt=0.5)
+    accelerating: float = Field(gt=0, lt=0.5)
+    scale: float = Field(gt=0)
+
+    def at(self, deviate: FloatArray) -> FloatArray:
+        """κ at standard normal deviates (any shape)."""
+        high = NormalDist().inv_cdf(1 - self.levelling)
+        low = NormalDist().inv_cdf(self.accelerating)
+        return np.asarray(
+            self.scale * (np.maximum(deviate - high, 0.0) + np.minimum(deviate - low, 0.0))
+        )
+
+
+class WearPrior(_Strict):
+    """Prior of wear, as priors/trend.toml gives it; see the comments there."""
+
+    name: str
+    source: str
+    loadings: dict[str, Loading]
+    wear_rate: WearRate
+    clock_exponent: LogNormal
+    clock_curvature: Curvature
+    running_in: LogNormal
+    running_in_length: LogNormal
+    volatility: LogNormal
+    rate_volatility: LogNormal
+    own_volatility: LogNormal
+    remounting_scatter: LogNormal
+    drift_scale: dict[str, float]
+    scatter_scale: dict[str, float]
+    floor_b: LogNormal
+    regreased: dict[str, float]
+    reassembled: dict[str, float]
+
+    @cached_property
+    def loading_mean(self) -> FloatArray:
+        """(8,) expected change of each coordinate per unit of wear."""
+        return np.array([self.loadings[name].mean for name in NAMES])
+
+    @cached_property
+    def loading_sd(self) -> FloatArray:
+        """(8,) standard deviation of that change from drive to drive."""
+        return np.array([self.loadings[name].sd for name in NAMES])
+
+    @cached_property
+    def drift_scales(self) -> FloatArray:
+        """(8,) relative size of the own drift of each coordinate."""
+        return np.array([self.drift_scale[name] for name in NAMES])
+
+    @cached_property
+    def scales(self) -> FloatArray:
+        """(8,) relative size of the remounting scatter of each coordinate."""
+        return np.array([self.scatter_scale[name] for name in NAMES])
+
+    def event_variance(self, event: str | None) -> FloatArray:
+        """(8,) variance of the lasting step that an event leaves in each coordinate."""
+        steps = {"regreased": self.regreased, "reassembled": self.reassembled}.get(event or "", {})
+        return np.array([steps.get(name, 0.0) ** 2 for name in NAMES])
+
+    def floor(self, present: FloatArray, deviate: FloatArray) -> FloatArray:
+        """Level in Nm/rad that b tends to, below its present value.
+
+        Parameters
+        ----------
+        present : (draws,) b in Nm/rad now
+        deviate : (draws,) uniform in (0, 1)
+
+        Returns
+        -------
+        (draws,) quantile of the log-normal floor cut off at the present value
+        """
+        from scipy.special import ndtr, ndtri
+
+        belief = self.floor_b
+        highest = ndtr((np.log(present) - math.log(belief.median)) / belief.log_sd)
+        return belief.at(ndtri(np.maximum(deviate * highest, 1e-12)))
+
+
+@dataclass(frozen=True)
+class _Where:
+    text: str
+    label: str
+
+
+def _read(path: Path | None) -> _Where:
+    if path is None:
+        return _Where((shipped("priors") / FILE).read_text("utf-8"), f"priors/{FILE}")
+    if not path.is_file():
+        raise BadInputError(
+            found=f"no file {path}",
+            where="wear prior",
+            expected=f"a file like the shipped {FILE}",
+            advice="Correct the path.",
+        )
+    return _Where(path.read_text("utf-8"), str(path))
+
+
+def read_wear_prior(path: Path | None = None) -> WearPrior:
+    """Read the shipped wear prior, or one at a path.
+
+    Raises
+    ------
+    BadInputError
+        if there is no such file or its content is not a wear prior
+    """
+    source = _read(path)
+    try:
+        prior = WearPrior.model_validate(tomllib.loads(source.text))
+        for table in (prior.loadings, prior.drift_scale, prior.scatter_scale):
+            missing = [name for name in NAMES if name not in table]
+            if missing:
+                raise ValueError("no entry for " + ", ".join(missing))
+    except (tomllib.TOMLDecodeError, ValueError) as error:
+        reason = str(error)
+        if isinstance(error, ValidationError):
+            first = error.errors()[0]
+            reason = ".".join(str(part) for part in first["loc"]) + ": " + first["msg"]
+        raise BadInputError(
+            found=reason,
+            where=source.label,
+            expected=f"the tables of the shipped {FILE}",
+            advice=f"Compare with the shipped {FILE}.",
+        ) from None
+    return prior

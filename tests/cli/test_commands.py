@@ -1,0 +1,137 @@
+"""What each command asks of the workflow and says at the end."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from tests.cli.conftest import Invoke, Workflow, put_module
+
+
+def test_run_says_verdict_and_where(invoke: Invoke, workflow: Workflow) -> None:
+    shown = invoke("run", "cell3-axis2", "--seed", "7", "--quick")
+    assert shown.exit_code == 0
+    assert shown.stdout == ("Inspect before 1 310 h.\nReport: hdprog-cell3-axis2/report.html\n")
+    assert shown.stderr == ""
+    [(name, arguments, options)] = workflow.calls
+    assert (name, arguments) == ("run", (Path("cell3-axis2"),))
+    assert options == {"seed": 7, "quick": True, "progress": None}
+    [(_, command)] = workflow.outcome.written
+    assert command == "hdprog run cell3-axis2 --seed 7 --quick"
+
+
+def test_run_here_is_named_after_the_folder(
+    invoke: Invoke, workflow: Workflow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "axis2").mkdir()
+    monkeypatch.chdir(tmp_path / "axis2")
+    assert "hdprog-axis2/report.html" in invoke("run", ".").stdout
+
+
+def test_json_stands_alone(invoke: Invoke, workflow: Workflow) -> None:
+    shown = invoke("run", "drive", "--json", "--out", "there")
+    assert json.loads(shown.stdout) == workflow.outcome.summary()
+    assert Path("there/report.html").is_file()
+
+
+def test_demo_goes_on_to_the_users_own_file(invoke: Invoke, workflow: Workflow) -> None:
+    shown = invoke("demo", "--out", "first")
+    assert shown.exit_code == 0, shown.stderr
+    lines = shown.stdout.splitlines()
+    assert lines[:2] == ["Inspect before 1 310 h.", "Report: first/report.html"]
+    assert len(lines[2:]) == 4  # an empty line, then three
+    assert lines[3].startswith("Now with your own file")
+    [(_, (drive_dir,), _)] = workflow.calls
+    assert (drive_dir / "drive.toml").is_file()
+
+
+def test_fit_hands_on_the_record_the_drive_and_the_effects(
+    invoke: Invoke, workflow: Workflow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: dict[str, Any] = {}
+
+    def read_loop(path: Path, **options: Any) -> str:
+        asked.update(options)
+        return f"record of {path}"
+
+    put_module(monkeypatch, "hdprog.data.readers", read_loop=read_loop)
+    put_module(monkeypatch, "hdprog.config", read_drive=lambda path: f"drive of {path}")
+    shown = invoke("fit", "logs/t01.csv.gz", "--drive", "drive.toml", "--effects", "creep, drift")
+    assert shown.exit_code == 0, shown.stderr
+    assert "Report: hdprog-t01/report.html" in shown.stdout
+    [(name, arguments, options)] = workflow.calls
+    assert (name, arguments) == ("fit", ("record of logs/t01.csv.gz", "drive of drive.toml"))
+    assert options["effects"] == ("creep", "drift")
+    assert asked["drive"] == "drive of drive.toml"
+
+
+def outcome(*lines: str, ok: bool) -> SimpleNamespace:
+    return SimpleNamespace(lines=list(lines), ok=ok, as_json=lambda: {"ok": ok})
+
+
+@pytest.fixture
+def checked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Put a check in place to which only `good.csv` is usable."""
+
+    def check_path(path: Path, **_: Any) -> SimpleNamespace:
+        return outcome(f"{path}: two cycles", ok=path.name == "good.csv")
+
+    put_module(monkeypatch, "hdprog.data.check", check_path=check_path)
+
+
+@pytest.mark.usefixtures("checked")
+@pytest.mark.parametrize(("names", "code"), [(["good.csv"], 0), (["bad.csv", "good.csv"], 3)])
+def test_check_says_a_line_each_and_ends_with_3_on_a_problem(
+    invoke: Invoke, names: list[str], code: int
+) -> None:
+    shown = invoke("check", *names)
+    assert shown.exit_code == code
+    assert shown.stdout.splitlines() == [f"{name}: two cycles" for name in names]
+
+
+@pytest.mark.usefixtures("checked")
+def test_check_as_json(invoke: Invoke) -> None:
+    shown = invoke("check", "good.csv", "bad.csv", "--json")
+    assert shown.exit_code == 3
+    assert json.loads(shown.stdout) == {
+        "schema": "hdprog.check/1",
+        "checks": [{"ok": True}, {"ok": False}],
+    }
+
+
+def test_simulate_hands_on_what_was_asked(invoke: Invoke, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: dict[str, Any] = {}
+
+    def write_drive_folder(out: Path, **options: Any) -> Path:
+        asked.update(options)
+        out.mkdir()
+        (out / "truth.json").write_text('{"seed": 3}', encoding="utf-8")
+        return out
+
+    put_module(monkeypatch, "hdprog.data.synthetic", write_drive_folder=write_drive_folder)
+    shown = invoke("simulate", "--out", "made", "--seed", "3", "--wear", "healthy", "--one-sided")
+    assert shown.exit_code == 0, shown.stderr
+    assert "made/truth.json" in shown.stdout
+    assert asked["seed"] == 3
+    assert asked["scenario"] == "healthy"
+    assert asked["one_sided"] is True
+    assert asked["tests"] == 10
+    assert asked["hours"] == 900.0
+
+
+def test_simulate_offers_the_scenarios_there_are() -> None:
+    from hdprog.cli.simulate import Wear
+    from hdprog.data.wear_path import SCENARIOS
+
+    assert {wear.value for wear in Wear} == set(SCENARIOS)
+
+
+def test_simulate_refuses_an_effect_it_does_not_know(invoke: Invoke, tmp_path: Path) -> None:
+    shown = invoke("simulate", "--out", "made", "--effect", "nosuch")
+    assert shown.exit_code == 2
+    assert "nosuch" in shown.stderr
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,101 @@
+"""Errors end in words and in the exit code of the contract."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from hdprog.errors import BadInputError, UsageError
+from tests.cli.conftest import Invoke, Workflow
+
+BAD_INPUT = BadInputError("no unit", "loop.csv, row 1", "a unit", "Set it with --columns.")
+
+
+def test_bad_input_ends_with_3_and_writes_nothing(
+    invoke: Invoke, workflow: Workflow, tmp_path: Path
+) -> None:
+    workflow.error = BAD_INPUT
+    shown = invoke("run", "drive")
+    assert shown.exit_code == 3
+    assert "loop.csv, row 1: found no unit; expected a unit. Set it with --columns." in shown.stderr
+    assert shown.stdout == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_usage_found_wrong_later_ends_with_2(invoke: Invoke, workflow: Workflow) -> None:
+    workflow.error = UsageError("--effects: found 'x', expected an effect's id.")
+    assert invoke("run", "drive").exit_code == 2
+
+
+def test_not_converged_ends_with_4_with_the_report_written(
+    invoke: Invoke, workflow: Workflow, tmp_path: Path
+) -> None:
+    workflow.outcome.converged = False
+    shown = invoke("run", "drive")
+    assert shown.exit_code == 4
+    assert (tmp_path / "hdprog-drive" / "report.html").is_file()
+    assert "Not converged" in shown.stderr
+
+
+def test_a_bug_is_owned_up_to_without_traceback(invoke: Invoke, workflow: Workflow) -> None:
+    workflow.error = ZeroDivisionError("float division")
+    shown = invoke("run", "drive")
+    assert shown.exit_code == 1
+    assert "ZeroDivisionError: float division (hdprog/cli/run.py, line" in shown.stderr
+    assert "Please report it" in shown.stderr
+    assert "Traceback" not in shown.stderr
+
+
+def test_debug_adds_the_traceback(
+    invoke: Invoke, workflow: Workflow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    workflow.error = ZeroDivisionError("float division")
+    monkeypatch.setenv("HDPROG_DEBUG", "1")
+    shown = invoke("run", "drive")
+    assert shown.exit_code == 1
+    assert "Traceback (most recent call last)" in shown.stderr
+
+
+def test_interrupt_ends_with_130(invoke: Invoke, workflow: Workflow, tmp_path: Path) -> None:
+    workflow.error = KeyboardInterrupt()
+    shown = invoke("run", "drive")
+    assert shown.exit_code == 130
+    assert "Interrupted" in shown.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_refused_by_the_system_is_no_bug(invoke: Invoke, workflow: Workflow) -> None:
+    workflow.error = PermissionError(13, "Permission denied", "/locked/summary.json")
+    shown = invoke("run", "drive")
+    assert shown.exit_code == 3
+    assert "/locked/summary.json: Permission denied" in shown.stderr
+
+
+def test_out_that_is_a_file_is_refused_before_the_work(
+    invoke: Invoke, workflow: Workflow, tmp_path: Path
+) -> None:
+    (tmp_path / "taken").write_text("mine", encoding="utf-8")
+    shown = invoke("run", "drive", "--out", "taken")
+    assert shown.exit_code == 2
+    assert workflow.calls == []
+    assert (tmp_path / "taken").read_text(encoding="utf-8") == "mine"
+
+
+def test_a_closed_pipe_is_quiet() -> None:
+    code = (
+        "import os, sys, types\n"
+        "import hdprog.data\n"
+        "read, write = os.pipe(); os.close(read); os.dup2(write, 1)\n"
+        "found = types.SimpleNamespace(lines=['two cycles'], ok=True)\n"
+        "stand_in = types.ModuleType('hdprog.data.check')\n"
+        "stand_in.check_path = lambda path, **options: found\n"
+        "sys.modules['hdprog.data.check'] = stand_in\n"
+        "from hdprog.cli import app\n"
+        "app(['check', 'loop.csv'], prog_name='hdprog')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+    assert done.returncode == 141

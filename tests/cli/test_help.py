@@ -1,0 +1,51 @@
+"""Every command and option says what it is for."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+import typer
+
+from hdprog import __version__
+from hdprog.cli import app
+from tests.cli.conftest import Invoke
+
+GROUP: Any = typer.main.get_command(app)
+COMMANDS = sorted(GROUP.commands)
+
+
+def test_commands_are_those_of_the_contract() -> None:
+    assert {"demo", "check", "fit", "run", "simulate"} <= set(COMMANDS)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_option_has_help(name: str) -> None:
+    command = GROUP.commands[name]
+    assert command.help
+    assert [param.name for param in command.params if not getattr(param, "help", None)] == []
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_names_the_command_and_ends_well(invoke: Invoke, name: str) -> None:
+    shown = invoke(name, "--help")
+    assert shown.exit_code == 0
+    assert f"hdprog {name}" in shown.stdout
+
+
+def test_first_sentences_fit_the_list_of_commands(invoke: Invoke) -> None:
+    listed = invoke("--help").stdout.partition("Commands:")[2]
+    assert all(name in listed for name in COMMANDS)
+    assert "..." not in listed
+
+
+def test_version(invoke: Invoke) -> None:
+    assert invoke("--version").stdout == f"hdprog {__version__}\n"
+
+
+@pytest.mark.parametrize("arguments", [["nosuch"], ["fit"], ["run", "--seed", "-1", "x"]])
+def test_wrong_usage_ends_with_2(invoke: Invoke, arguments: list[str]) -> None:
+    shown = invoke(*arguments)
+    assert shown.exit_code == 2
+    assert shown.stdout == ""
+    assert "Error" in shown.stderr

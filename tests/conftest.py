@@ -1,0 +1,20 @@
+"""Fixtures that several folders of tests share."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def measured_data() -> Path:
+    """Give the folder of measured records, which the project does not ship."""
+    named = os.environ.get("HDPROG_MEASURED_DATA")
+    folder = Path(named) if named else Path(__file__).parents[2] / "shared" / "data"
+    if not folder.is_dir():
+        pytest.skip(
+            f"no measured records: {folder} is no folder; set HDPROG_MEASURED_DATA to theirs"
+        )
+    return folder

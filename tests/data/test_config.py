@@ -1,0 +1,136 @@
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hdprog.config import Drive, Limit, drive_from_mapping, read_drive
+from hdprog.errors import BadInputError
+
+FULL = """
+[drive]
+id = "cell3-axis2"
+model = "CSF-25-80"
+ratio = 80
+alpha_deg = 20.0
+rated_torque_Nm = 63.0
+reference_torque_Nm = 50.0
+[noise]
+torque_resolution_Nm = 0.1
+angle_resolution_rad = 9.77e-6
+[prior]
+file = "csf-25-80"
+[[limits]]
+quantity = "lost_motion_arcmin"
+above = 2.0
+[[limits]]
+quantity = "secant_stiffness_Nm_per_rad"
+at_torque_Nm = 14.0
+below = 12000.0
+[forecast]
+horizon_hours = 10000
+acceptable_risk = 0.1
+next_shutdown_hours = 1500.0
+[columns]
+torque = "TORQUE:Nm"
+time = ""
+[select]
+test_nr = [100, 101]
+mode = "slow, fast"
+"""
+
+CONTENT: dict[str, Any] = {
+    "drive": {"id": "x", "rated_torque_Nm": 63},
+    "limits": [{"quantity": "lost_motion_arcmin", "above": 2}],
+}
+
+
+def test_every_key_is_read_and_converted(tmp_path: Path) -> None:
+    # Windows editors put a byte-order mark first.
+    (tmp_path / "drive.toml").write_text(FULL, encoding="utf-8-sig")
+    drive = read_drive(tmp_path)
+    assert drive == read_drive(tmp_path / "drive.toml")
+    assert (drive.id, drive.model, drive.ratio) == ("cell3-axis2", "CSF-25-80", 80.0)
+    assert drive.alpha == pytest.approx(math.radians(20))
+    assert drive.alpha_declared
+    assert (drive.rated_torque, drive.reference_torque) == (63.0, 50.0)
+    assert (drive.noise.torque_Nm, drive.noise.angle_rad) == (0.1, 9.77e-6)
+    assert drive.prior == "csf-25-80"
+    assert [limit.key for limit in drive.limits] == [
+        "lost_motion_arcmin",
+        "secant_stiffness_Nm_per_rad@14Nm",
+    ]
+    assert drive.limits[1] == Limit("secant_stiffness_Nm_per_rad", 12000.0, "below", 14.0)
+    assert drive.forecast.horizon_hours == 10000.0
+    assert drive.forecast.next_shutdown_hours == 1500.0
+    assert drive.columns == {"torque": "TORQUE:Nm", "time": ""}
+    assert drive.select == {"test_nr": ("100", "101"), "mode": ("slow", "fast")}
+    assert drive.source == tmp_path / "drive.toml"
+    assert pickle.loads(pickle.dumps(drive)) == drive
+
+
+def test_defaults() -> None:
+    drive = drive_from_mapping({"drive": {"id": "x"}})
+    assert drive == Drive(id="x")
+    assert not drive.alpha_declared
+    assert Drive.default().alpha == pytest.approx(math.radians(30))
+    assert (drive.forecast.horizon_hours, drive.forecast.acceptable_risk) == (20000.0, 0.05)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda c: c["drive"].update(rated_torqe_Nm=1), "Did you mean rated_torque_Nm"),
+        (lambda c: c["drive"].update(idd=c["drive"].pop("id")), "the key idd.*Did you mean id"),
+        (lambda c: c.update(limit=[]), "Did you mean limits"),
+        (lambda c: c.pop("drive"), "no drive"),
+        (lambda c: c["drive"].pop("id"), "no id"),
+        (lambda c: c["drive"].update(id=3), "quotation marks"),
+        (lambda c: c["drive"].update(id=" "), "not empty"),
+        (lambda c: c["drive"].update(ratio="80"), "number without quotation"),
+        (lambda c: c["drive"].update(ratio=True), "ratio = True"),
+        (lambda c: c["drive"].update(rated_torque_Nm=0), "greater than 0"),
+        (lambda c: c["drive"].update(alpha_deg=90), "less than 90"),
+        (lambda c: c["drive"].update(alpha_deg=math.nan), "finite"),
+        (lambda c: c.update(forecast={"acceptable_risk": 1.0}), "less than 1"),
+        (lambda c: c.update(forecast={"horizon_hours": -1}), "greater than 0"),
+        (lambda c: c["limits"][0].update(below=1), "both above and below"),
+        (lambda c: c["limits"][0].pop("above"), "neither above nor below"),
+        (lambda c: c["limits"][0].update(at_torque_Nm=5), "Remove at_torque_Nm"),
+        (lambda c: c["limits"][0].update(quantity="lost_motion"), "Did you mean lost_motion_arc"),
+        (lambda c: c["drive"].pop("rated_torque_Nm"), "Add rated_torque_Nm"),
+        (lambda c: c["limits"].append(c["limits"][0]), "two limits on lost_motion_arcmin"),
+        (
+            lambda c: c["limits"].append({"quantity": "local_stiffness_Nm_per_rad", "below": 1}),
+            "number 2.*without at_torque_Nm",
+        ),
+        (lambda c: c.update(columns={"torqe": "X:Nm"}), "Did you mean torque"),
+        (lambda c: c.update(select={"run": []}), "at least one value"),
+        (lambda c: c.update(limits={"quantity": "x"}), r"\[\[limits\]\]"),
+        (lambda c: c.update(drive=3), "table"),
+    ],
+)
+def test_refusals_name_the_place_and_what_to_do(
+    change: Callable[[dict[str, Any]], object], words: str
+) -> None:
+    content = copy.deepcopy(CONTENT)
+    change(content)
+    with pytest.raises(BadInputError, match=words):
+        drive_from_mapping(content, Path("rig/drive.toml"))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [(None, "no readable file"), (b"[drive\n", "not valid TOML"), (b"id = '\xff'", "saved as UTF")],
+)
+def test_files_that_are_no_drive(tmp_path: Path, text: bytes | None, words: str) -> None:
+    path = tmp_path / "drive.toml"
+    if text is not None:
+        path.write_bytes(text)
+    with pytest.raises(BadInputError, match=words):
+        read_drive(path)

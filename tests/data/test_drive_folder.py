@@ -1,0 +1,177 @@
+from __future__ import annotations
+
+import datetime
+import json
+from pathlib import Path
+
+import pytest
+
+from hdprog.config import Drive
+from hdprog.data.check import check_path
+from hdprog.data.drive_folder import read_drive_folder, read_test_loop
+from hdprog.errors import BadInputError
+from tests.data.samples import table, write
+
+HEADER = "test_id,file,service_hours,date,temperature_C,note,event,mean_torque_Nm,mean_speed_rpm"
+ROWS = (
+    't02,loops/b.csv,900.5,2025-03-09,25.5,"slow, warm",regreased,30,1500',
+    "t01,loops/a.csv,0,,,,,,",
+)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    drive = tmp_path / "rig"
+    (drive / "loops").mkdir(parents=True)
+    write(drive / "drive.toml", '[drive]\nid = "x"\n[columns]\ntorque = "T:kNm"\n')
+    write(drive / "tests.csv", "\n".join([HEADER, *ROWS]) + "\n\n")
+    for number, name in enumerate("ab"):
+        lines = table("T,angle_mrad").splitlines()
+        write(drive / "loops" / f"{name}.csv", "\n".join([lines[0], *lines[1 : 400 + number]]))
+    return drive
+
+
+def refused(folder: Path) -> str:
+    with pytest.raises(BadInputError) as caught:
+        read_drive_folder(folder)
+    return str(caught.value)
+
+
+def test_tests_come_by_service_hours_and_whole(folder: Path) -> None:
+    found = read_drive_folder(folder)
+    assert found.drive.id == "x"
+    first, second = found.tests
+    assert (first.test_id, first.service_hours) == ("t01", 0.0)
+    assert (first.date, first.note, first.event, first.mean_torque_Nm) == (None,) * 4
+    assert second.date == datetime.date(2025, 3, 9)
+    assert (second.temperature_C, second.note, second.event) == (25.5, "slow, warm", "regreased")
+    assert (second.mean_torque_Nm, second.mean_speed_rpm) == (30.0, 1500.0)
+    assert second.path == folder / "loops" / "b.csv"
+    loop = read_test_loop(found, first)
+    assert loop.torque.max() == pytest.approx(40_000.0)
+
+
+def test_only_three_columns_are_needed(folder: Path) -> None:
+    # As a German Excel writes it, on Windows.
+    text = "\ufefftest_id;file;service_hours;operator\r\nt1;loops\\a.csv;12,5;Jörg\r\n"
+    write(folder / "tests.csv", text)
+    [test] = read_drive_folder(folder).tests
+    assert (test.service_hours, test.path) == (12.5, folder / "loops/a.csv")
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        ("t01,loops/a.csv,5", "row 3: found test_id 't01' a second time"),
+        ("t03,loops/c.csv,5", "does not exist"),
+        ("t03,../a.csv,5", "outside the drive folder"),
+        ("t03,/etc/passwd,5", "outside the drive folder"),
+        ("t03,C:\\a.csv,5", "outside the drive folder"),
+        ("t03,loops/../../a.csv,5", "outside the drive folder"),
+        ("t03,link.csv,5", "outside the drive folder"),
+        ("t03,,5", "no file"),
+        ("t03,loops,5", "does not exist"),
+        ("t03,loops/a.csv,-1", "service_hours = '-1'"),
+        ("t03,loops/a.csv,ten", "service_hours = 'ten'"),
+        ("t03,loops/a.csv,nan", "service_hours = 'nan'"),
+        ("t03,loops/a.csv,", "no service_hours"),
+        (",loops/a.csv,5", "no test_id"),
+        ("../t,loops/a.csv,5", "test_id '../t'"),
+        ("t03,loops/a.csv,5,09.03.2025", "date '09.03.2025'"),
+        ("t03,loops/a.csv,5,,warm", "temperature_C = 'warm'"),
+        ("t03,loops/a.csv,5,,-300", "temperature_C = '-300'"),
+        ("t03,loops/a.csv,5,,,,greased", "regreased, reassembled, replaced"),
+        ("t03,loops/a.csv,5,,,,,-3", "mean_torque_Nm = '-3'"),
+        ("t03,loops/a.csv,5,,,one, two,regreased,1,2", "quotation marks"),
+    ],
+)
+def test_rows_that_are_wrong(folder: Path, row: str, words: str) -> None:
+    write(folder.parent / "a.csv", table())
+    (folder / "link.csv").symlink_to(folder.parent / "a.csv")
+    cells = row.count(",")
+    if cells < 8:
+        row += "," * (8 - cells)
+    write(folder / "tests.csv", "\n".join([HEADER, ROWS[1], row]))
+    message = refused(folder)
+    assert "tests.csv, row 3" in message
+    assert words in message
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "nothing in it"),
+        ("test_id,file,service_hours\n", "no test below it"),
+        ("test_id,file\nt,loops/a.csv\n", "no column service_hours"),
+        ("test_id,file,service_hours,evnt\n", "Did you mean event"),
+        ("test_id,file,service_hours,file\n", "the column file twice"),
+    ],
+)
+def test_tables_that_are_wrong(folder: Path, text: str, words: str) -> None:
+    write(folder / "tests.csv", text)
+    assert words in refused(folder)
+
+
+def test_folders_that_are_none(folder: Path) -> None:
+    assert "no such folder" in refused(folder / "none")
+    assert "a file" in refused(folder / "tests.csv")
+    assert "without drive.toml" in refused(folder / "loops")
+    (folder / "tests.csv").unlink()
+    assert "no tests.csv" in refused(folder)
+
+
+def test_check_of_a_sound_loop(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", table("torque,angle"))
+    report = check_path(path, columns="torque=torque:Nm,angle=angle:rad", select=None, drive=None)
+    assert report.ok
+    assert report.kind == "loop"
+    assert report.lines[0].startswith("a.csv: usable: 401 samples, 1.5 two-sided cycles")
+    content = json.loads(json.dumps(report.as_json(), allow_nan=False))
+    assert content["loops"][0]["samples"] == 401
+    assert content["ok"] is True
+
+
+def test_check_of_a_loop_that_is_refused(tmp_path: Path) -> None:
+    report = check_path(write(tmp_path / "a.csv", table("torque,angle")))
+    assert not report.ok
+    assert report.lines == (f"Problem: {report.problems[0]}",)
+    assert "--columns torque=torque:Nm" in report.problems[0]
+
+
+def test_check_compares_with_the_drive_that_is_given(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", table())
+    toml = write(tmp_path / "drive.toml", '[drive]\nid = "x"\nrated_torque_Nm = 40000\n')
+    for drive in (toml, Drive(rated_torque=40_000.0)):
+        report = check_path(path, drive=drive)
+        assert report.ok
+        assert any("rated torque" in warning for warning in report.warnings)
+
+
+def test_check_of_a_folder_collects_all_problems(folder: Path) -> None:
+    bad = [*ROWS, "t03,loops/c.csv,5,,,,,,", "t04,loops/d.csv,-5,,,,,,", "t05,loops/e.csv,7,,,,,,"]
+    write(folder / "tests.csv", "\n".join([HEADER, *bad]))
+    write(folder / "loops/d.csv", "")
+    write(folder / "loops/e.csv", "T,angle_mrad\n1,x\n")
+    report = check_path(folder)
+    assert report.kind == "drive"
+    assert len(report.problems) == 3
+    for problem, words in zip(report.problems, ["row 4", "row 5", "e.csv, row 2"], strict=True):
+        assert words in problem
+    assert [name for name, _ in report.loops] == ["t01", "t02"]
+    assert any("nothing can be forecast" in warning for warning in report.warnings)
+
+
+def test_check_of_a_folder_sees_a_copied_file(folder: Path) -> None:
+    (folder / "loops/b.csv").write_bytes((folder / "loops/a.csv").read_bytes())
+    report = check_path(folder)
+    assert report.ok
+    assert any("same as that of test t01" in warning for warning in report.warnings)
+
+
+def test_check_of_a_folder_without_its_files(folder: Path) -> None:
+    assert "without drive.toml" in check_path(folder / "loops").problems[0]
+    write(folder / "drive.toml", "[drive]\n")
+    (folder / "tests.csv").unlink()
+    problems = check_path(folder).problems
+    assert "no id" in problems[0]
+    assert "no tests.csv" in problems[1]

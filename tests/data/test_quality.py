@@ -1,0 +1,160 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hdprog.config import Drive
+from hdprog.data.loop import Loop
+from hdprog.data.quality import assess
+from hdprog.data.usable import branch_coverage
+from tests.data.samples import PEAK, STIFFNESS, FloatArray, ramps, twist, two_sided
+
+
+def noisy(torque: FloatArray, sd: float = 0.05) -> FloatArray:
+    return torque + sd * np.random.default_rng(5).standard_normal(torque.size)
+
+
+def warned(loop: Loop, drive: Drive | None = None) -> str:
+    return " ".join(assess(loop, drive).warnings)
+
+
+def test_the_facts_of_a_timed_two_sided_loop() -> None:
+    torque, angle = two_sided()
+    loop = Loop(
+        torque, angle, time=0.1 * np.arange(torque.size), temperature=np.linspace(20, 25, 401)
+    )
+    quality = assess(loop)
+    assert (quality.samples, quality.branches, quality.sides) == (401, 4, "two-sided")
+    # 0 → 40 → -40 → 40 → 0: 240 Nm of travel, a cycle is 160 Nm.
+    assert quality.cycles == pytest.approx(1.5)
+    assert (quality.torque_min, quality.torque_max) == (-PEAK, PEAK)
+    assert quality.angle_span == pytest.approx(np.ptp(angle))
+    assert quality.secant_stiffness == pytest.approx(STIFFNESS, rel=0.02)
+    assert quality.duration == pytest.approx(40.0)
+    assert quality.loading_rates == pytest.approx((4.0, 8.0, 8.0, 4.0))
+    assert (quality.temperature_min, quality.temperature_max) == (20.0, 25.0)
+    assert quality.warnings == ()
+
+
+def test_the_facts_of_an_untimed_one_sided_loop() -> None:
+    torque = ramps(0, PEAK, 0, PEAK, 0)
+    quality = assess(Loop(torque, twist(torque)))
+    assert (quality.sides, quality.cycles) == ("one-sided", 2.0)
+    assert quality.duration is None
+    assert quality.loading_rates == ()
+    assert quality.temperature_min is None
+
+
+def test_resolution_and_noise_are_reported() -> None:
+    torque, angle = two_sided()
+    coarse = np.round(noisy(torque, 0.3) / 0.1) * 0.1
+    quality = assess(Loop(coarse, angle))
+    assert quality.torque_step == pytest.approx(0.1)
+    # 401 samples: the estimate's sd is about 6 %.
+    assert quality.torque_noise == pytest.approx(0.3, rel=0.3)
+    assert quality.angle_step is None
+
+
+@pytest.mark.parametrize(("torque_by", "angle_by"), [(1000, 1), (0.001, 1), (1, 1000), (1, 0.001)])
+@pytest.mark.parametrize("rated", [None, 40.0])
+def test_a_thousandfold_mistake_is_seen(
+    torque_by: float, angle_by: float, rated: float | None
+) -> None:
+    torque, angle = two_sided()
+    loop = Loop(torque_by * torque, angle_by * angle)
+    drive = Drive(rated_torque=rated)
+    assert "Check the units" in warned(loop, drive)
+    assert "Check the units" not in warned(Loop(torque, angle), drive)
+    assert any(
+        "catalogue" in warning for warning in assess(loop, catalogue_stiffness=3.1e4).warnings
+    )
+
+
+@pytest.mark.parametrize("share", [0.04, 1.0, 3.0])
+def test_tests_below_and_above_rated_torque_are_welcome(share: float) -> None:
+    torque = ramps(0, PEAK, -PEAK, 0)
+    assert warned(Loop(torque, twist(torque)), Drive(rated_torque=PEAK / share)) == ""
+
+
+def test_torque_that_clips_while_the_angle_goes_on() -> None:
+    torque, angle = two_sided()
+    message = warned(Loop(np.clip(torque, -33, 36), angle))
+    assert "clip at its largest value, 36 Nm" in message
+    assert "clip at its smallest value, -33 Nm" in message
+
+
+def test_noisy_torque_that_clips() -> None:
+    torque = ramps(0, PEAK, PEAK, -PEAK, 0)
+    loop = Loop(np.minimum(noisy(torque, 0.2), PEAK - 1), twist(torque))
+    assert "clip" in warned(loop)
+
+
+@pytest.mark.parametrize("sd", [0.0, 0.2])
+def test_a_hold_does_not_clip(sd: float) -> None:
+    torque = ramps(0, PEAK, PEAK, -PEAK, -PEAK, 0)
+    creep = 5e-5 * np.clip(np.arange(torque.size) - 100, 0, 100) / 100
+    loop = Loop(noisy(torque, sd), twist(torque) + creep)
+    assert warned(loop) == ""
+
+
+def test_coarse_torque_does_not_clip() -> None:
+    torque, angle = two_sided()
+    assert warned(Loop(np.round(torque), angle)) == ""
+
+
+def test_a_coarse_sine_does_not_clip() -> None:
+    torque = PEAK * np.sin(np.linspace(0, 4 * np.pi, 4000))
+    assert warned(Loop(np.round(torque), twist(torque))) == ""
+
+
+def test_an_encoder_that_begins_a_new_turn() -> None:
+    torque, angle = two_sided()
+    assert "new turn" in warned(Loop(torque, np.mod(angle, 2 * np.pi)))
+
+
+def test_gaps_in_time() -> None:
+    torque, angle = two_sided()
+    time = 0.1 * np.arange(torque.size)
+    time[150:] += 5.0
+    message = warned(Loop(torque, angle, time=time))
+    assert "1 gap in time, the longest of 5.1 s after sample 150" in message
+
+
+def test_gaps_without_time() -> None:
+    torque, angle = two_sided()
+    kept = np.r_[0:130, 165:401]
+    message = warned(Loop(torque[kept], angle[kept]))
+    assert "The torque jumps from" in message
+    assert "after sample 130" in message
+
+
+def test_a_spike_is_no_gap() -> None:
+    torque, angle = two_sided()
+    torque[150] += 15
+    assert warned(Loop(torque, angle)) == ""
+
+
+def test_an_unloading_that_stops_early() -> None:
+    torque = ramps(0, PEAK, 0.25 * PEAK)
+    assert "unloading is much shorter" in warned(Loop(torque, twist(torque)))
+
+
+def test_branches_of_unequal_length() -> None:
+    torque = np.concatenate([ramps(0, PEAK, samples=200), ramps(PEAK, 0, samples=20)[1:]])
+    assert "falling torque have 19 samples" in warned(Loop(torque, twist(torque)))
+
+
+def test_sides_of_unequal_size() -> None:
+    torque = ramps(0, PEAK, -0.3 * PEAK, 0)
+    assert "one side is much shorter" in warned(Loop(torque, twist(torque)))
+
+
+def test_a_sign_that_is_turned_round() -> None:
+    torque, angle = two_sided()
+    assert "wrong sign" in warned(Loop(torque, -angle))
+
+
+def test_minor_loops_do_not_interrupt_a_branch() -> None:
+    assert branch_coverage(np.array([0.0, 20, 15, 40, 30, 35, 0])) == (1.0, 1.0)
+    assert branch_coverage(np.array([0.0, 40])) == (1.0, 0.0)
+    assert branch_coverage(np.array([-40.0, 40])) in {(1.0, 0.0), (0.0, 1.0)}

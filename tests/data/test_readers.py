@@ -1,0 +1,237 @@
+from __future__ import annotations
+
+import gzip
+import hashlib
+import math
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hdprog.config import Drive
+from hdprog.data.loop import Loop
+from hdprog.data.readers import parse_columns, parse_select, read_loop
+from hdprog.errors import BadInputError, UsageError
+from tests.data.samples import rows, table, two_sided, write
+
+TORQUE, ANGLE = two_sided()
+
+
+def assert_is_the_record(loop: Loop) -> None:
+    assert loop.torque == pytest.approx(TORQUE, rel=1e-8, abs=1e-8)
+    assert loop.angle == pytest.approx(ANGLE, rel=1e-8, abs=1e-12)
+
+
+READ_RIGHT: dict[str, Callable[[], bytes]] = {
+    "plain": lambda: table().encode(),
+    "tabs": lambda: table("torque_Nm\tangle_rad", "\t").encode(),
+    "bars": lambda: table("torque_Nm|angle_rad", "|").encode(),
+    "spaces": lambda: table("torque_Nm  angle_rad", "   ").encode(),
+    "semicolons and decimal commas": lambda: table("TORQUE [Nm];ANGLE [rad]", ";")
+    .replace(".", ",")
+    .encode(),
+    "quoted decimal commas": lambda: (
+        "torque_Nm,angle_rad\n"
+        + "\n".join(
+            f'"{t:.9g}","{a:.9g}"'.replace(".", ",").replace('","', "\0").replace("\0", '","')
+            for t, a in zip(TORQUE, ANGLE, strict=True)
+        )
+    ).encode(),
+    "everything quoted": lambda: "\n".join(
+        ",".join(f'"{cell}"' for cell in line.split(",")) for line in table().splitlines()
+    ).encode(),
+    "byte-order mark": lambda: table().encode("utf-8-sig"),
+    "UTF-16": lambda: table("Torque [N·m],angle [rad]").encode("utf-16"),
+    "UTF-32": lambda: table().encode("utf-32"),
+    "Latin-1": lambda: table("Torque [N·m],Angle [rad]").encode("latin-1"),
+    "Latin-1 in the rows": lambda: b"torque_Nm,angle_rad,oil\n"
+    + b"\n".join(f"{row},20 °C".encode("latin-1") for row in rows(TORQUE, ANGLE)),
+    "CRLF": lambda: table().replace("\n", "\r\n").encode(),
+    "CR": lambda: table().replace("\n", "\r").encode(),
+    "comments": lambda: ("# rig 3, é\n#\n" + table().replace("\n", "\n# hm\n", 7)).encode(),
+    "blank lines": lambda: ("\n \n" + table() + "\n\n  \n").encode(),
+    "empty rows at the end": lambda: (table() + ",\n,\n").encode(),
+    "no line end": lambda: table().rstrip("\n").encode(),
+    "end-of-file sign": lambda: table().encode() + b"\x1a",
+    "hint for Excel": lambda: ("sep=;\n" + table("torque_Nm;angle_rad", ";")).encode(),
+    "further columns": lambda: ("i,torque_Nm,,angle_rad,note\n" + "\n".join(
+        f"{n},{t:.9g},,{a:.9g},ok" for n, (t, a) in enumerate(zip(TORQUE, ANGLE, strict=True))
+    )).encode(),
+    "gzip": lambda: gzip.compress(table().encode()),
+    "spaces in cells": lambda: table().replace(",", " , ").encode(),
+    "plus signs and exponents": lambda: ("torque_Nm,angle_rad\n" + "\n".join(
+        f"{t:+.10e},{a:+.10E}" for t, a in zip(TORQUE, ANGLE, strict=True)
+    )).encode(),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", READ_RIGHT)
+def test_clumsy_files_are_read_right(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "loop.csv"
+    path.write_bytes(READ_RIGHT[kind]())
+    loop = read_loop(path)
+    assert_is_the_record(loop)
+    assert loop.time is None
+    assert loop.warnings == ()
+    assert loop.source == "loop.csv"
+    assert loop.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+@pytest.mark.parametrize(
+    ("header", "torque", "angle"),
+    [
+        ("torque_kNm,angle_deg", 1e-3, 180 / math.pi),
+        ("Torque [in·lbf],Torsion angle [arcmin]", 1 / 0.1129848290276167, 10_800 / math.pi),
+        ("Drehmoment (Nm),Verdrehwinkel [°]", 1.0, 180 / math.pi),
+        ("output torque / Nm,twist_urad", 1.0, 1e6),
+    ],
+)
+def test_units_become_si(tmp_path: Path, header: str, torque: float, angle: float) -> None:
+    text = "\n".join([header, *rows(TORQUE * torque, ANGLE * angle)])
+    assert_is_the_record(read_loop(write(tmp_path / "loop.csv", text)))
+
+
+def with_column(header: str, cells: list[str]) -> str:
+    lines = table().splitlines()
+    return "\n".join(f"{line},{cell}" for line, cell in zip(lines, [header, *cells], strict=True))
+
+
+def test_optional_columns(tmp_path: Path) -> None:
+    count = TORQUE.size
+    text = with_column(
+        "time [ms],T_oil,temperature_F,output_angle_deg",
+        [f"{5000 + 10 * n},x,{77 + n / 1000},{n / 10}" for n in range(count)],
+    )
+    loop = read_loop(write(tmp_path / "loop.csv", text))
+    assert loop.time is not None
+    assert loop.temperature is not None
+    assert loop.output_angle is not None
+    assert loop.time == pytest.approx(0.01 * np.arange(count))
+    assert loop.temperature[0] == pytest.approx(25.0)
+    assert loop.output_angle[10] == pytest.approx(math.radians(1.0))
+
+
+@pytest.mark.parametrize("header", ["time", "timestamp", "time [ISO 8601]"])
+@pytest.mark.parametrize("quote", ["", '"'])  # the fast and the careful way of reading
+def test_iso_times_need_no_unit(tmp_path: Path, header: str, quote: str) -> None:
+    stamps = [
+        f"{quote}2025-03-09T14:{n // 60 % 60:02d}:{n % 60:02d}.250+01:00{quote}"
+        for n in range(TORQUE.size)
+    ]
+    loop = read_loop(write(tmp_path / "loop.csv", with_column(header, stamps)))
+    assert loop.time == pytest.approx(np.arange(TORQUE.size))
+
+
+def test_times_since_1970_keep_their_resolution(tmp_path: Path) -> None:
+    stamps = [f"{1_700_000_000 + 0.001 * n:.3f}" for n in range(TORQUE.size)]
+    loop = read_loop(write(tmp_path / "loop.csv", with_column("time_s", stamps)))
+    assert loop.time == pytest.approx(0.001 * np.arange(TORQUE.size), abs=1e-6)
+
+
+def test_repeated_times_are_dropped_and_said(tmp_path: Path) -> None:
+    stamps = [str(n // 2) for n in range(TORQUE.size)]
+    loop = read_loop(write(tmp_path / "loop.csv", with_column("time_s", stamps)))
+    assert loop.time is None
+    assert any("repeat" in warning for warning in loop.warnings)
+
+
+LOG = "TIME,POSITION,TORQUE,TORQUE_IN,run\n"
+
+
+def log_file(path: Path) -> Path:
+    lines = [f"{n},{a / (2 * math.pi):.12g},{t:.9g},0,100" for n, (t, a) in enumerate(
+        zip(TORQUE, ANGLE, strict=True)
+    )]  # fmt: skip
+    junk = [f"{n},n/a,nan,0,{n % 3}" for n in range(50)]
+    return write(path, LOG + "\n".join(junk[:20] + lines + junk[20:]) + "\n")
+
+
+@pytest.mark.parametrize("select", ["run=100", "run=100.0,7", {"run": ("100",)}])
+def test_columns_and_selection(tmp_path: Path, select: str | dict[str, tuple[str, ...]]) -> None:
+    path = log_file(tmp_path / "log.csv")
+    loop = read_loop(path, columns="torque=TORQUE:Nm,angle=POSITION:rev,time=time:s", select=select)
+    assert_is_the_record(loop)
+    assert loop.time == pytest.approx(np.arange(TORQUE.size))
+
+
+def test_columns_and_selection_of_the_drive(tmp_path: Path) -> None:
+    drive = Drive(
+        columns={"torque": "TORQUE:Nm", "angle": "POSITION:rev", "time": ""},
+        select={"run": ("100",)},
+    )
+    path = log_file(tmp_path / "log.csv")
+    assert_is_the_record(read_loop(path, drive=drive))
+    assert read_loop(path, drive=drive).time is None
+    with pytest.raises(BadInputError, match="no row with run = 5"):
+        read_loop(path, drive=drive, select="run=5")
+
+
+def test_a_selection_of_several_columns_takes_rows_that_fit_all(tmp_path: Path) -> None:
+    cells = [f"{n % 2},{'slow' if n < 130 else 'fast'}" for n in range(TORQUE.size)]
+    path = write(tmp_path / "loop.csv", with_column("even,mode", cells))
+    loop = read_loop(path, select="even=0,mode=slow,fast")
+    assert loop.torque == pytest.approx(TORQUE[::2])
+    with pytest.raises(BadInputError, match="unloading 56%"):
+        read_loop(path, select="even=0,mode=slow")
+
+
+def test_options_taken_apart() -> None:
+    assert parse_columns("torque=A, b:Nm, angle=P:rev,time=") == {
+        "torque": "A, b:Nm",
+        "angle": "P:rev",
+        "time": "",
+    }
+    assert parse_select("test_nr=100,101,mode=slow") == {
+        "test_nr": ("100", "101"),
+        "mode": ("slow",),
+    }
+    for text in ("torque", "torqe=A:Nm", "torque=", "time=A:s,time=B:s", ""):
+        with pytest.raises(UsageError, match="--columns"):
+            parse_columns(text)
+    for text in ("run", "run=", "=3", "run=1,run=2", ""):
+        with pytest.raises(UsageError, match="--select"):
+            parse_select(text)
+
+
+def test_a_million_rows_take_a_few_seconds(tmp_path: Path) -> None:
+    header, *lines = table().splitlines()
+    path = tmp_path / "long.csv"
+    path.write_text(header + "\n" + 2500 * ("\n".join(lines) + "\n"), encoding="utf-8")
+    before = time.process_time()
+    loop = read_loop(path)
+    assert time.process_time() - before < 10.0
+    assert len(loop) == 2500 * TORQUE.size
+    assert loop.torque[-TORQUE.size :] == pytest.approx(TORQUE)
+
+
+def test_excel(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.create_sheet("empty")
+    sheet = book.active
+    sheet.append(["# rig 3"])
+    sheet.append([])
+    sheet.append(["Torque [Nm]", "angle_rad", "note"])
+    for torque, angle in zip(TORQUE.tolist(), ANGLE.tolist(), strict=True):
+        sheet.append([torque, angle])
+    path = tmp_path / "loop.xlsx"
+    book.save(path)
+    loop = read_loop(path)
+    assert_is_the_record(loop)
+    sheet["A50"] = "bad"
+    book.save(path)
+    with pytest.raises(BadInputError, match=r"row 50, column 'Torque \[Nm\]'.*'bad'"):
+        read_loop(path)
+    book["empty"]["A1"] = 1
+    book.save(path)
+    with pytest.raises(BadInputError, match="several sheets"):
+        read_loop(path)
+
+
+def test_excel_without_openpyxl_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "openpyxl", None)
+    (tmp_path / "loop.xlsx").write_bytes(b"PK\x03\x04rest")
+    with pytest.raises(BadInputError, match=r"hdprog\[excel\]"):
+        read_loop(tmp_path / "loop.xlsx")

@@ -1,0 +1,290 @@
+"""Files that cannot be used: refused with the place, what was found and what to do."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import hdprog.data.text_stream as text_stream
+from hdprog.data.columns import Column
+from hdprog.data.readers import read_loop
+from hdprog.data.row_parser import Layout, RowParser
+from hdprog.data.text_table import _TextTable
+from hdprog.errors import BadInputError
+from hdprog.units import find_unit
+from tests.data.samples import PEAK, ramps, rows, table, twist, two_sided, write
+
+TORQUE, ANGLE = two_sided()
+LINES = table().splitlines()
+
+
+def refused(path: Path, columns: str | None = None) -> str:
+    with pytest.raises(BadInputError) as caught:
+        read_loop(path, columns=columns)
+    return str(caught.value)
+
+
+def changed(row: int, line: str) -> str:
+    return "\n".join([*LINES[: row - 1], line, *LINES[row:]]) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("abc,0.1", ["column 'torque_Nm'", "'abc'"]),
+        ("1.0,nan", ["column 'angle_rad'", "'nan'"]),
+        ("NaN,1.0", ["'NaN'"]),
+        ("inf,1.0", ["'inf'", "finite"]),
+        ("1e999,1.0", ["'1e999'", "finite"]),
+        (",1.0", ["an empty cell"]),
+        (",", ["a row without any value"]),
+        ("1.0", ["1 cells", "2, as many"]),
+        ("1.0,2.0,3.0", ["3 cells"]),
+        ("1,5,2,5", ["4 cells", "semicolons"]),
+        ('"1,5",2.0', ["decimal sign"]),
+        ('"1.234,5",2.0', ["thousands separators"]),
+        ("0x10,1", ["'0x10'"]),
+        ("1_000,1", ["'1_000'"]),
+        ("True,1", ["'True'"]),
+        ("\u0661,1", ["'\u0661'"]),
+        ('"1.0,2.0', ["1 cells"]),
+    ],
+)
+@pytest.mark.parametrize("row", [2, 57, len(LINES)])
+def test_a_bad_row_is_named(tmp_path: Path, row: int, line: str, words: list[str]) -> None:
+    text = changed(row, line) + ("1.0,2.0\n" if line == "," else "")
+    message = refused(write(tmp_path / "loop.csv", text))
+    assert message.startswith(f"loop.csv, row {row}")
+    for word in words:
+        assert word in message
+
+
+def test_rows_are_counted_as_an_editor_does(tmp_path: Path) -> None:
+    text = "# one\r\n\r\n" + "\r\n".join([LINES[0], "# four", *LINES[1:30], "oops,1"])
+    assert refused(write(tmp_path / "a.csv", text)).startswith("a.csv, row 34, column 'torque_Nm'")
+
+
+@pytest.mark.parametrize("sign", [".", ","])
+def test_decimal_signs_may_not_change(tmp_path: Path, sign: str) -> None:
+    lines = table("torque_Nm;angle_rad", ";").replace(".", sign).splitlines()
+    lines[200] = "1,5;2" if sign == "." else "1.5;2"
+    message = refused(write(tmp_path / "a.csv", "\n".join(lines)))
+    assert "row 201, column 'torque_Nm'" in message
+    assert "decimal sign" in message
+
+
+def test_a_row_of_units_is_explained(tmp_path: Path) -> None:
+    text = "\n".join(["torque_Nm,angle_rad", "Nm,rad", *LINES[1:]])
+    assert "units into the header" in refused(write(tmp_path / "a.csv", text))
+
+
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        ("torque,angle", ["--columns torque=torque:Nm,angle=angle:rad", "kNm", "arcmin"]),
+        ("torque_Nm,angle", ["--columns angle=angle:rad"]),
+        ("torque_out,Winkel [rad]", ["no column for the torque", "torque=torque_out:Nm"]),
+        ("x,y", ["no column for the torque and the angle", "torque=HEADER:Nm,angle=HEADER:rad"]),
+        ("torque_Nm,torque_Nm", ["the column 'torque_Nm' twice"]),
+        ("torque_Nm,Torque [kNm]", ["more than one column for the torque"]),
+        ("Torque [bananas],angle_rad", ["unit 'bananas'", "in·lbf"]),
+        ("torque_s,angle_rad", ["unit 's'", "unit of torque"]),
+        ("1.0,2.0", ["numbers: 1.0, 2.0", "names of the columns"]),
+    ],
+)
+def test_headers(tmp_path: Path, header: str, words: list[str]) -> None:
+    message = refused(write(tmp_path / "a.csv", table(header)))
+    assert message.startswith("a.csv, header in row 1")
+    for word in words:
+        assert word in message
+
+
+def test_a_time_without_unit_can_be_given_one_or_left_out(tmp_path: Path) -> None:
+    lines = [f"{line},{n}" for n, line in enumerate(LINES[1:])]
+    path = write(tmp_path / "a.csv", "\n".join([LINES[0] + ",time", *lines]))
+    message = refused(path)
+    assert "--columns time=time:s" in message
+    assert "--columns time=" in message
+    assert read_loop(path, columns="time=").time is None
+    assert read_loop(path, columns="time=time:ms").time is not None
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        ("torque=TORQ:Nm", "no column 'TORQ'"),
+        ("torque=torque_Nm:rad", "unit 'rad' in --columns"),
+        ("torque=torque_Nm:kNm", "Nm in the header and kNm"),
+        ("angle=Angle_rad:furlong", "unit 'furlong'"),
+    ],
+)
+def test_columns_that_do_not_fit(tmp_path: Path, columns: str, words: str) -> None:
+    assert words in refused(write(tmp_path / "a.csv", table()), columns)
+
+
+def zipped() -> bytes:
+    memory = io.BytesIO()
+    with zipfile.ZipFile(memory, "w") as archive:
+        archive.writestr("a.csv", table())
+    return memory.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "nothing in it"),
+        (b"\n\n# only this\n", "nothing in it"),
+        (b"torque_Nm,angle_rad\n", "no row of data below the header"),
+        (b"torque_Nm,angle_rad\n\n#\n", "after row 1"),
+        (bytes(range(256)) * 40, "not a text file"),
+        (table().encode("utf-16-le"), "not a text file"),
+        (b"\xff\xfe" + table().encode("utf-16-le")[:-1], "UTF-16"),
+        (gzip.compress(table().encode())[:-20], "damaged gzip"),
+        (gzip.compress(bytes(range(256)) * 40), "not a text file"),
+        (b"\x1f\x8bnonsense", "damaged gzip"),
+        (zipped(), "no readable Excel workbook"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + b"\0" * 600, ".xls"),
+        (b"\x89PNG\r\n\x1a\n" + b"\0" * 100, "not a text file"),
+    ],
+)
+def test_what_is_no_table(tmp_path: Path, content: bytes, words: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes(content)
+    assert words in refused(path)
+
+
+def test_paths_that_are_no_file(tmp_path: Path) -> None:
+    assert "no such file" in refused(tmp_path / "none.csv")
+    assert "a folder" in refused(tmp_path)
+    assert "cannot be read" in refused(tmp_path / ("x" * 500))
+
+
+def test_a_bomb_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(text_stream, "_LARGEST_TEXT", 1 << 20)
+    path = tmp_path / "a.csv.gz"
+    path.write_bytes(gzip.compress(b"torque_Nm,angle_rad\n" + b"0,0\n" * 1_000_000))
+    assert "GiB of text" in refused(path)
+
+
+def test_times_that_run_backwards_are_named(tmp_path: Path) -> None:
+    lines = [f"{line},{n if n != 70 else 60}" for n, line in enumerate(LINES[1:])]
+    message = refused(write(tmp_path / "a.csv", "\n".join([LINES[0] + ",time_s", *lines])))
+    assert message.startswith("a.csv, row 72, column 'time_s'")
+    assert "9 s before that of row 71" in message
+
+
+@pytest.mark.parametrize(
+    ("torque", "words"),
+    [
+        (ramps(0, PEAK, 0, samples=10)[:19], "19 samples"),
+        (np.full(200, 3.0), "the same torque"),
+        (3.0 + 0.1 * np.random.default_rng(0).standard_normal(500), "no more than its noise"),
+        (ramps(0, PEAK, samples=200), "unloading 0%"),
+        (ramps(PEAK, 0, samples=200), "loading covers 0%"),
+        (ramps(-PEAK, PEAK, samples=200), "full loading and unloading"),
+        (ramps(0, PEAK, PEAK / 2), "unloading 50%"),
+        (ramps(0, PEAK, PEAK, samples=300), "full loading and unloading"),
+    ],
+)
+def test_less_than_a_loop(tmp_path: Path, torque: np.ndarray, words: str) -> None:
+    text = "\n".join(["torque_Nm,angle_rad", *rows(torque, twist(torque))])
+    assert words in refused(write(tmp_path / "a.csv", text))
+
+
+def test_an_angle_that_never_changes(tmp_path: Path) -> None:
+    text = "\n".join(["torque_Nm,angle_rad", *rows(TORQUE, np.full(TORQUE.size, 0.1))])
+    assert "the same angle" in refused(write(tmp_path / "a.csv", text))
+
+
+@pytest.mark.parametrize(
+    "torque",
+    [
+        ramps(0, PEAK, 0),
+        ramps(PEAK, 0, PEAK),
+        ramps(-PEAK, PEAK, -PEAK),
+        ramps(0, PEAK, -PEAK),
+        ramps(0, PEAK, 30, 35, 20, 25, 0),
+        ramps(10, PEAK, 10),
+        ramps(0, -PEAK, 0, -PEAK, 0),
+        ramps(0, 20, 15, PEAK, 0),
+    ],
+)
+def test_loops_of_every_shape_are_welcome(tmp_path: Path, torque: np.ndarray) -> None:
+    text = "\n".join(["torque_Nm,angle_rad", *rows(torque, twist(torque))])
+    assert len(read_loop(write(tmp_path / "a.csv", text))) == torque.size
+
+
+newton_metre = find_unit("Nm")
+assert newton_metre is not None
+CELL = st.one_of(
+    st.floats(allow_nan=False, allow_infinity=False).map(repr),
+    st.integers(-1000, 1000).map(str),
+    st.text("0123456789.,eE+-_ xTrueFalsnaif", max_size=6),
+    st.sampled_from(["", " 1.5", "1.5 ", "True", "nan", "-inf", "1e5", "1.", ".5", "1e400"]),
+)
+
+
+@given(st.lists(st.tuples(CELL, CELL), min_size=1, max_size=6), st.sampled_from(",;\t"))
+@settings(max_examples=300, deadline=None)
+def test_the_fast_way_reads_what_the_careful_way_reads(
+    cells: list[tuple[str, str]], sign: str
+) -> None:
+    """Whatever is in the cells, a block is read alike or left to the parser that decides."""
+    lines = [sign.join(pair) for pair in cells]
+    text = ("torque_Nm" + sign + "angle_rad\n" + "\n".join(lines) + "\n").encode()
+
+    def outcome(careful: bool) -> object:
+        reader = _TextTable("a.csv", None, None)
+        if careful:
+            reader._fast = lambda *_: None  # type: ignore[method-assign]
+        try:
+            blocks = list(reader.read(text))
+        except BadInputError as error:
+            return str(error)
+        return [
+            (block.rows.tolist(), block.values["torque"], block.values["angle"]) for block in blocks
+        ]
+
+    fast, careful = outcome(False), outcome(True)
+    if isinstance(fast, str) or isinstance(careful, str):
+        assert fast == careful
+        return
+    assert isinstance(fast, list)
+    assert isinstance(careful, list)
+    for (rows_a, *values_a), (rows_b, *values_b) in zip(fast, careful, strict=True):
+        assert rows_a == rows_b
+        for one, other in zip(values_a, values_b, strict=True):
+            np.testing.assert_allclose(one, other, rtol=1e-15)
+
+
+@given(st.binary(max_size=400))
+@settings(max_examples=150, deadline=None)
+def test_any_bytes_end_in_words(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
+    path = tmp_path_factory.getbasetemp() / "any.csv"
+    path.write_bytes(content)
+    with pytest.raises(BadInputError):
+        read_loop(path)
+
+
+def test_blocks_join_without_a_seam(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(text_stream, "_BLOCK_BYTES", 257)
+    text = table().replace("\n", "\r\n")
+    loop = read_loop(write(tmp_path / "a.csv", text))
+    assert loop.torque == pytest.approx(TORQUE)
+    bad = changed(301, "x,1").replace("\n", "\r\n")
+    assert "row 301, column" in refused(write(tmp_path / "b.csv", bad))
+
+
+def test_the_parser_remembers_the_decimal_sign_between_blocks() -> None:
+    column = Column("torque", 0, "torque_Nm", newton_metre)
+    parser = RowParser(Layout("a.csv", 1, 1, (column,)))
+    assert parser.parse([(2, ["1,5"])]).values["torque"].tolist() == [1.5]
+    with pytest.raises(BadInputError, match="decimal sign ','"):
+        parser.parse([(3, ["1.5"])])

@@ -1,0 +1,1 @@
+"""Hysteresis loops with known truth, made by a second implementation of the physics."""

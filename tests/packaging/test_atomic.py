@@ -1,0 +1,88 @@
+"""A file is there whole or as it was before."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from hdprog.atomic import atomic_directory, atomic_write_bytes, atomic_write_text
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*"))
+
+
+def test_text_is_written_as_utf8_without_leftovers(tmp_path: Path) -> None:
+    atomic_write_text(tmp_path / "new" / "a.txt", "µrad\n")
+    assert (tmp_path / "new" / "a.txt").read_bytes() == "µrad\n".encode()
+    assert names(tmp_path) == ["new", "new/a.txt"]
+
+
+def test_failed_write_leaves_the_old_content(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = tmp_path / "a.bin"
+    atomic_write_bytes(target, b"old")
+
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(OSError, match="No space"):
+        atomic_write_bytes(target, b"new")
+    assert target.read_bytes() == b"old"
+    assert names(tmp_path) == ["a.bin"]
+
+
+def test_new_folder_appears_whole(tmp_path: Path) -> None:
+    target = tmp_path / "deep" / "out"
+    with atomic_directory(target) as aside:
+        (aside / "posteriors").mkdir()
+        (aside / "posteriors" / "t01.nc").write_bytes(b"1")
+        (aside / "summary.json").write_text("{}", encoding="utf-8")
+        assert not target.exists()
+    assert names(target) == ["posteriors", "posteriors/t01.nc", "summary.json"]
+    assert names(target.parent) == ["out", *(f"out/{name}" for name in names(target))]
+
+
+def test_existing_folder_keeps_its_other_files(tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
+    (tmp_path / "posteriors").mkdir()
+    (tmp_path / "summary.json").write_text("old", encoding="utf-8")
+    with atomic_directory(tmp_path) as aside:
+        (aside / "posteriors").mkdir()
+        (aside / "posteriors" / "t01.nc").write_bytes(b"1")
+        (aside / "summary.json").write_text("new", encoding="utf-8")
+        assert (tmp_path / "summary.json").read_text(encoding="utf-8") == "old"
+    assert (tmp_path / "summary.json").read_text(encoding="utf-8") == "new"
+    assert names(tmp_path) == ["mine.txt", "posteriors", "posteriors/t01.nc", "summary.json"]
+
+
+@pytest.mark.parametrize("existing", [False, True])
+@pytest.mark.parametrize("interruption", [KeyboardInterrupt, ValueError])
+def test_interrupted_block_leaves_all_as_it_was(
+    tmp_path: Path, existing: bool, interruption: type[BaseException]
+) -> None:
+    target = tmp_path / "out"
+    if existing:
+        atomic_write_text(target / "summary.json", "old")
+    before = names(tmp_path)
+
+    def interrupted() -> None:
+        with atomic_directory(target) as aside:
+            (aside / "summary.json").write_text("half", encoding="utf-8")
+            raise interruption
+
+    with pytest.raises(interruption):
+        interrupted()
+    assert names(tmp_path) == before
+    if existing:
+        assert (target / "summary.json").read_text(encoding="utf-8") == "old"
+
+
+def test_a_file_in_the_way_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("mine", encoding="utf-8")
+    with pytest.raises(NotADirectoryError), atomic_directory(tmp_path / "out"):
+        pass
+    assert (tmp_path / "out").read_text(encoding="utf-8") == "mine"

@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hdprog.reporting.rounding import (
+    floored,
+    grouped,
+    hours,
+    hours_up,
+    interval,
+    percent,
+    plain,
+    round_step,
+    rounded,
+    significant,
+)
+from tests.reporting.page import spaced
+
+
+@pytest.mark.parametrize(
+    ("value", "uncertainty", "text"),
+    [
+        (43567.3, 310.0, "43 600"),
+        (0.41234, 0.008, "0.412"),
+        (-1.1772, 0.02, "−1.18"),
+        (1234567.0, 90_000.0, "1 230 000"),
+        (0.0000123, 0.0000004, "1.23 × 10⁻⁵"),
+        (-0.0004, 0.1, "0.00"),
+        (float("nan"), 1.0, "–"),
+        (None, 1.0, "–"),
+        (2.0, 0.0, "2.00"),
+    ],
+)
+def test_a_number_keeps_the_digits_that_its_uncertainty_allows(
+    value: float | None, uncertainty: float, text: str
+) -> None:
+    assert spaced(rounded(value, uncertainty)) == text
+
+
+@given(
+    st.floats(-1e6, 1e6, allow_nan=False),
+    st.floats(1e-4, 1e5),
+)
+def test_rounding_moves_a_number_by_a_quarter_of_its_uncertainty_at_most(
+    value: float, uncertainty: float
+) -> None:
+    text = spaced(rounded(value, uncertainty)).replace(" ", "").replace("−", "-")
+    if "×" not in text:
+        assert abs(float(text) - value) <= 0.2501 * uncertainty + 1e-9 * abs(value)
+
+
+@given(st.floats(1.0, 1e5), st.floats(1.0, 1e4))
+def test_hours_round_outwards_by_less_than_a_fifth_of_the_uncertainty(
+    value: float, uncertainty: float
+) -> None:
+    def number(text: str) -> float:
+        return float(text.replace("\u202f", "").removesuffix("h"))
+
+    room = max(0.2 * uncertainty, 1.0) + 1e-6
+    assert value - 1e-6 <= number(hours_up(value, uncertainty)) <= value + room
+    assert value - room <= floored(value, uncertainty) <= value + 1e-6
+
+
+def test_steps_are_one_two_or_five_times_a_power_of_ten() -> None:
+    assert [round_step(u) for u in (5.0, 10.0, 25.0, 417.0, 2499.0)] == [1, 2, 5, 50, 200]
+
+
+def test_the_words_of_numbers() -> None:
+    assert spaced(grouped(-12345.678, 1)) == "−12 345.7"
+    assert spaced(plain(12000.0)) == "12 000"
+    assert plain(0.3) == "0.3"
+    assert significant(9.96, 2) == "10"
+    assert significant(0.0) == "0"
+    assert spaced(hours(1499.6)) == "1 500 h"
+    assert [spaced(part) for part in interval(0.401, 0.4123, 0.422)] == ["0.401", "0.412", "0.422"]
+
+
+@pytest.mark.parametrize(
+    ("probability", "text"),
+    [(0.0, "less than 1 %"), (0.124, "12 %"), (0.997, "more than 99 %"), (1.0, "more than 99 %")],
+)
+def test_no_forecast_says_0_or_100_per_cent(probability: float, text: str) -> None:
+    assert spaced(percent(probability)) == text
+    assert not math.isnan(probability)

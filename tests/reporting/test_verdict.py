@@ -1,0 +1,209 @@
+"""The words of the verdict in every situation, whole sentences at a time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hdprog.config import Limit
+from hdprog.reporting.present import probability_bounds
+from hdprog.reporting.verdict import Verdict, verdict
+from hdprog.results import DriveResult
+from tests.reporting import drives
+from tests.reporting.page import spaced
+
+
+def words(result: DriveResult) -> tuple[Verdict, list[str]]:
+    said = verdict(result)
+    return said, [spaced(sentence) for sentence in said.sentences]
+
+
+def with_quantiles(
+    result: DriveResult, early: float, late: float | None, inspect: float | None, **changes: object
+) -> DriveResult:
+    """Result whose only forecast has these service hours."""
+    first = result.forecasts[0]
+    remaining = {
+        0.05: early - first.now_hours,
+        0.25: early - first.now_hours + 100.0,
+        0.50: early - first.now_hours + 400.0,
+        0.75: None if late is None else late - first.now_hours - 100.0,
+        0.95: None if late is None else late - first.now_hours,
+    }
+    changed = replace(
+        first,
+        remaining_hours=remaining,
+        inspect_before_hours=inspect,
+        **changes,  # type: ignore[arg-type]
+    )
+    return replace(result, forecasts=(changed,))
+
+
+def test_a_wearing_drive_gets_an_interval_and_a_date() -> None:
+    result = with_quantiles(
+        drives.wearing(), 1460.0, 2280.0, 1310.0, probability_crossed_by_shutdown=0.12
+    )
+    said, sentences = words(result)
+    assert (said.status, said.provisional, said.label) == ("plan", False, "Plan an inspection")
+    assert sentences == [
+        "Lost motion is forecast to pass 2 arcmin between 1 450 and 2 300 h (90 %); "
+        "inspect before 1 300 h.",
+        "If nothing is done, the risk by the next shutdown at 1 500 h is 12 %, above the accepted "
+        "5 %: do not wait for it.",
+        "Test again by 1 100 h.",
+    ]
+
+
+def test_a_limit_below_is_fallen_below() -> None:
+    result = with_quantiles(drives.wearing(drives.SECANT), 1460.0, 2280.0, 1310.0)
+    _, sentences = words(result)
+    assert sentences[0].startswith(
+        "Secant stiffness at 14 Nm is forecast to fall below 12 000 Nm/rad between 1 450 and "
+    )
+
+
+def test_a_late_quantile_past_the_horizon_gets_no_number() -> None:
+    result = with_quantiles(
+        drives.wearing(shutdown=None), 1460.0, None, 1310.0, probability_crossed_by_horizon=0.77
+    )
+    _, sentences = words(result)
+    assert sentences[0] == (
+        "Lost motion is forecast to pass 2 arcmin not before 1 400 h (95 %) and, with a "
+        "probability of 23 %, later than 20 000 h; inspect before 1 300 h."
+    )
+
+
+def test_a_healthy_drive_is_left_alone() -> None:
+    said, sentences = words(drives.healthy())
+    assert (said.status, said.label) == ("good", "No limit in sight")
+    assert sentences == [
+        "Lost motion is not forecast to pass 2 arcmin before 20 000 h (probability more than "
+        "99 %).",
+        "If nothing is done, the risk by the next shutdown at 1 500 h is less than 1 %, within the "
+        "accepted 5 %: it can wait.",
+        "Test again by 1 040 h.",
+    ]
+
+
+def test_a_small_accepted_risk_asks_for_an_inspection_though_no_quantile_is_inside() -> None:
+    result = drives.wearing(crossing=5000.0, never=0.97, risk=0.01, shutdown=None)
+    said, sentences = words(result)
+    assert said.status == "plan"
+    assert sentences[0].startswith(
+        "Lost motion is not forecast to pass 2 arcmin before 20 000 h (probability 97 %); inspect "
+        "before "
+    )
+
+
+def test_a_limit_already_passed_comes_first() -> None:
+    said, sentences = words(drives.past_limit())
+    assert (said.status, said.label) == ("act", "Act now")
+    assert sentences[0].startswith("Lost motion is past its limit: above 2 arcmin; it is 2.4")
+    assert sentences[0].endswith("with a probability of more than 99 %.")
+    assert sentences[1] == "Inspect now."
+    assert not any("Test again" in sentence or "between" in sentence for sentence in sentences)
+
+
+def test_a_passed_limit_does_not_hide_the_next_one() -> None:
+    passed = drives.past_limit()
+    coming = drives.wearing(drives.SECANT)
+    assert passed.trend is not None
+    assert coming.trend is not None
+    figures = {**passed.trend.figures, **coming.trend.figures}
+    result = replace(
+        passed,
+        forecasts=(*passed.forecasts, *coming.forecasts),
+        trend=replace(passed.trend, figures=figures),
+    )
+    _, sentences = words(result)
+    assert sentences[1] == "Inspect now."
+    assert sentences[2].startswith("Secant stiffness at 14 Nm is forecast to fall below")
+
+
+def test_a_risk_reached_today_asks_for_an_inspection_now() -> None:
+    result = drives.wearing(crossing=1000.0, spread=120.0, shutdown=None)
+    said, sentences = words(result)
+    assert said.status == "act"
+    assert "inspect now." in sentences[1]
+    assert "the accepted risk is 5 %" in sentences[1]
+
+
+def test_several_limits_name_the_likely_first() -> None:
+    _, sentences = words(drives.wearing(drives.LOST_MOTION, drives.SECANT, drives.WIDTH))
+    assert sentences[0].startswith(
+        "The first limit (most likely lost motion above 2 arcmin) is forecast to be passed between "
+    )
+
+
+def test_one_test_says_that_the_prior_carries_it() -> None:
+    _, sentences = words(drives.wearing(count=1, now=100.0, crossing=6000.0, spread=2000.0))
+    assert (
+        "There is one test only: how fast this drive wears comes from the prior, not from the "
+        "drive." in sentences
+    )
+
+
+def test_two_tests_say_that_they_lean_on_the_prior() -> None:
+    _, sentences = words(drives.wearing(count=2))
+    assert any("still leans on the prior" in sentence for sentence in sentences)
+
+
+def test_what_did_not_converge_is_said_before_everything() -> None:
+    said, sentences = words(drives.not_converged())
+    assert said.provisional
+    assert said.label.endswith("provisional")
+    assert sentences[0] == (
+        "Not converged: the fit of test t03 and the trend. The numbers below are provisional; run "
+        "again with another seed before acting on them."
+    )
+    assert "is forecast to be passed" in sentences[1]
+
+
+def test_a_quick_run_that_did_not_converge_is_to_be_run_in_full() -> None:
+    result = drives.not_converged()
+    quick = replace(result, provenance=replace(result.provenance, quick=True))
+    assert "run again in full, not quick, before" in words(quick)[1][0]
+
+
+def test_a_fit_without_limits_tells_the_present_condition() -> None:
+    said, sentences = words(drives.single_fit())
+    assert (said.status, said.label) == ("present", "Present condition only")
+    assert sentences[0].startswith("Present condition: hysteresis width 0.3")
+    assert "arcmin (90 %: " in sentences[0]
+    assert sentences[1] == "No limit is set for this drive, so that there is nothing to forecast."
+
+
+def test_a_fit_with_limits_is_held_against_them() -> None:
+    told = drives.single_fit().tests[0].figures["lost_motion_arcmin"]
+    inside = Limit("lost_motion_arcmin", 2.0, "above")
+    past = Limit("lost_motion_arcmin", 0.1, "above")
+    between = Limit("lost_motion_arcmin", (told[0.75] + told[0.95]) / 2, "above")
+    sentences = {
+        limit.threshold: words(drives.single_fit(limit))[1][0] for limit in (inside, past, between)
+    }
+    assert sentences[2.0].endswith("inside its limit of 2 arcmin with a probability above 95 %.")
+    assert sentences[0.1].endswith(
+        "past its limit, above 0.1 arcmin, with a probability above 95 %."
+    )
+    assert sentences[between.threshold].endswith(
+        "the probability that it is past it is between 5 and 25 %."
+    )
+
+
+@pytest.mark.parametrize("direction", ["above", "below"])
+def test_bounds_from_quantiles_hold_the_true_probability(direction: str) -> None:
+    rng = np.random.default_rng(0)
+    draws = rng.normal(size=20_001)
+    levels = drives.by_level(draws)
+    for threshold in np.linspace(-2.5, 2.5, 41):
+        limit = Limit("preload_Nm", float(threshold), direction)  # type: ignore[arg-type]
+        low, high = probability_bounds(levels, limit)
+        past = np.mean(draws > threshold if direction == "above" else draws < threshold)
+        assert low - 1e-3 <= past <= high + 1e-3
+
+
+def test_a_shutdown_that_has_passed_is_not_stated() -> None:
+    _, sentences = words(drives.wearing(shutdown=800.0))
+    assert not any("shutdown" in sentence for sentence in sentences)
