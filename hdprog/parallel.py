@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import sys
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -42,11 +43,20 @@ def process_executor(workers: int | None = None) -> Iterator[Executor | None]:
     # Forked workers start at once; elsewhere each imports the numerics anew.
     method = "fork" if sys.platform == "linux" else "spawn"
     executor = ProcessPoolExecutor(
-        count,
-        mp_context=multiprocessing.get_context(method),
-        initializer=hold_blas_to_one_thread,
+        count, mp_context=multiprocessing.get_context(method), initializer=_prepare_worker
     )
     try:
         yield executor
+    except BaseException:
+        # Interrupted or failed: what the workers still do is of no use to anybody.
+        for process in list((executor._processes or {}).values()):
+            process.terminate()
+        raise
     finally:
         executor.shutdown(wait=True, cancel_futures=True)
+
+
+def _prepare_worker() -> None:
+    """Leave an interrupt from the keyboard to the parent, which ends its workers."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    hold_blas_to_one_thread()

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hdprog import __version__
 from hdprog.atomic import atomic_directory
 from hdprog.config import Drive
 from hdprog.data.drive_folder import DriveFolder, DriveTest, read_drive_folder, read_test_loop
@@ -126,7 +127,7 @@ class Outcome:
         with atomic_directory(Path(out)) as folder:
             summary = json.dumps(stamped.summary(), indent=1, allow_nan=False)
             (folder / "summary.json").write_text(summary + "\n", "utf-8")
-            (folder / "report.html").write_text(build_report(stamped.result), "utf-8")
+            (folder / "report.html").write_text(build_report(stamped.result, self.posteriors[0].prior.catalogue), "utf-8")
             if not self.single:
                 (folder / "posteriors").mkdir()
             for test in self.tests:
@@ -261,7 +262,12 @@ def run(
         progress("trend", 0, 1)
     started = time.perf_counter()
     trend = fit_trend(
-        evidence, prior, read_wear_prior(), np.random.default_rng(seeds[-2]), quick=quick
+        evidence,
+        prior,
+        read_wear_prior(),
+        np.random.default_rng(seeds[-2]),
+        quick=quick,
+        alpha=folder.drive.alpha,
     )
     seconds["trend"] = time.perf_counter() - started
     started = time.perf_counter()
@@ -334,7 +340,7 @@ def _evidence(folder: DriveFolder, posteriors: tuple[Posterior, ...]) -> tuple[_
 
 def _provenance(seed: int, quick: bool, loops: list[Loop]) -> Provenance:
     return Provenance(
-        hdprog_version=version("hdprog"),
+        hdprog_version=__version__,
         seed=seed,
         quick=quick,
         command="Python API",

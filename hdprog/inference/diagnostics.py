@@ -36,7 +36,7 @@ class Diagnostics:
 
 
 def autocorrelation_time(chains: FloatArray) -> FloatArray:
-    """Integrated autocorrelation time in steps, (quantities,), the worst ensemble's.
+    """Integrated autocorrelation time in steps, (quantities,), mean over ensembles.
 
     Parameters
     ----------
@@ -44,8 +44,10 @@ def autocorrelation_time(chains: FloatArray) -> FloatArray:
     """
     from emcee.autocorr import integrated_time
 
-    times = [integrated_time(chain, tol=0, quiet=True) for chain in chains]
-    return np.asarray(np.mean(times, axis=0))
+    with np.errstate(invalid="ignore"):
+        times = np.array([integrated_time(chain, tol=0, quiet=True) for chain in chains])
+    # A walker that never moved has no autocorrelation: its memory is as long as the chain.
+    return np.asarray(np.mean(np.where(np.isfinite(times), times, chains.shape[1]), axis=0))
 
 
 def fold(chains: FloatArray) -> FloatArray:

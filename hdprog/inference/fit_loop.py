@@ -37,6 +37,8 @@ from hdprog.physics.parameters import FloatArray
 from hdprog.physics.torque_path import TorquePath
 
 Progress = Callable[[str, int, int], None]
+_SLOW = 12.0  # autocorrelation time in steps above which the proposal is fitted anew
+_MIXTURE_DRAWS = 6000
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,7 @@ class SamplingPlan:
     components : Gaussians of the proposal behind each part
     first_steps : steps before the first look
     most_steps : bound, warm-up included; past it the posterior is marked as not converged
+    refits : times that the proposal is fitted anew where sampling stays slow
     stored_steps : steps kept for each walker after thinning
     """
 
@@ -58,11 +61,12 @@ class SamplingPlan:
     components: tuple[int, ...] = (3, 6, 8)
     first_steps: int = 300
     most_steps: int = 12_000
+    refits: int = 4
     stored_steps: int = 125
 
 
 FULL = SamplingPlan()
-QUICK = SamplingPlan(required_ess=400.0, first_steps=150, most_steps=4000, stored_steps=60)
+QUICK = SamplingPlan(required_ess=400.0, first_steps=150, most_steps=4000, refits=2, stored_steps=60)
 
 
 @dataclass(frozen=True)
@@ -255,13 +259,18 @@ def _sample(
     mixture = None
     for number, steps in enumerate(plan.warm_up_steps):
         chains, _, states = advance(steps, mixture)
-        pooled = chains[:, steps // 2 :].reshape(-1, DIMENSIONS)
-        few = pooled[np.linspace(0, len(pooled) - 1, min(len(pooled), 4000)).astype(int)]
-        mixture = fit_mixture(few, plan.components[number], rng)
+        mixture = fit_mixture(_some(chains[:, steps // 2 :]), plan.components[number], rng)
     warm_up = steps_done
     ridge, accepted, states = advance(plan.first_steps, mixture)
+    refits = 0
     while True:
         tau = float(autocorrelation_time(ridge).max())
+        if tau > _SLOW and refits < plan.refits:
+            # The proposal misses part of the posterior: what was seen so far becomes warm-up.
+            mixture = fit_mixture(_some(ridge), plan.components[-1] + 4 * refits + 2, rng)
+            warm_up, refits = steps_done, refits + 1
+            ridge, accepted, states = advance(plan.first_steps * refits, mixture)
+            continue
         wanted = max(plan.first_steps, math.ceil(LENGTHS * tau))
         total = ridge.shape[1]
         if progress is not None:
@@ -285,6 +294,12 @@ def _sample(
         "evaluations": float(steps_done * ENSEMBLES * WALKERS),
     }
     return chains, diagnostics, sampling, converged
+
+
+def _some(ridge: FloatArray) -> FloatArray:
+    """At most a few thousand positions (positions, 9), evenly spaced in all chains."""
+    pooled = ridge.reshape(-1, DIMENSIONS)
+    return pooled[np.linspace(0, len(pooled) - 1, min(len(pooled), _MIXTURE_DRAWS)).astype(int)]
 
 
 def _unconstrained(posterior: RidgePosterior, ridge: FloatArray) -> FloatArray:

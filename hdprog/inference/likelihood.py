@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from hdprog.data.reduce import ReducedLoop
 from hdprog.inference.noise import NoiseModel
 from hdprog.inference.priors import Prior
-from hdprog.physics.drive_model import slip_envelope, torsion_angle
+from hdprog.physics.drive_model import torsion_angle
 from hdprog.physics.parameters import NAMES, FloatArray, in_support
 from hdprog.physics.torque_path import TorquePath
 
@@ -72,11 +72,9 @@ class LoopLikelihood:
         fraction : (draws,) initial slip as a fraction of the way between the envelopes
         """
         parameters = self.prior.to_physical(coordinates)
-        first = self.reduced.path.torque[:1]
-        lower = slip_envelope(first, parameters, self.alpha)[:, 0]
-        upper = -slip_envelope(-first, parameters, self.alpha)[:, 0]
-        initial = lower + fraction * (upper - lower)
-        return torsion_angle(self.reduced.path, parameters, self.alpha, initial_slip=initial)
+        return torsion_angle(
+            self.reduced.path, parameters, self.alpha, initial_fraction=fraction
+        )
 
     def supported(self, coordinates: FloatArray) -> NDArray[np.bool_]:
         """(draws,) whether coordinates (draws, 8) lie in the hard support of the model."""

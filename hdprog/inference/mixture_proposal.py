@@ -9,6 +9,7 @@ change any more, the Metropolis-Hastings rule with its density leaves the poster
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.special import logsumexp
@@ -39,13 +40,18 @@ class GaussianMixture:
     def log_components(self, points: FloatArray) -> FloatArray:
         """Log of weight times density of every component, (points, components)."""
         dimensions = self.means.shape[1]
-        log_density = np.empty((points.shape[0], self.means.shape[0]))
-        for index, (mean, factor) in enumerate(zip(self.means, self.factors, strict=True)):
-            whitened = np.linalg.solve(factor, (points - mean).T)
-            log_density[:, index] = -0.5 * np.einsum("ij,ij->j", whitened, whitened)
-            log_density[:, index] -= np.log(np.diag(factor)).sum()
-        log_density += self.log_weights - 0.5 * dimensions * np.log(2 * np.pi)
-        return log_density
+        inverse, log_scale = self._inverse
+        whitened = np.matmul(inverse, points.T)  # (components, dimensions, points)
+        whitened -= np.matmul(inverse, self.means[:, :, None])
+        squares = np.einsum("kij,kij->kj", whitened, whitened)
+        constant = self.log_weights + log_scale - 0.5 * dimensions * np.log(2 * np.pi)
+        return np.asarray((constant[:, None] - 0.5 * squares).T)
+
+    @cached_property
+    def _inverse(self) -> tuple[FloatArray, FloatArray]:
+        """Inverse factors, and the log determinants of these, (components,)."""
+        diagonal = np.diagonal(self.factors, axis1=1, axis2=2)
+        return np.linalg.inv(self.factors), -np.log(diagonal).sum(axis=1)
 
     def log_density(self, points: FloatArray) -> FloatArray:
         """Log density (points,) at points (points, dimensions)."""

@@ -122,7 +122,11 @@ def slip_envelope(pushed: FloatArray, parameters: Parameters, alpha: float) -> F
 
 
 def slip(
-    path: TorquePath, parameters: Parameters, alpha: float, initial_slip: FloatArray | float = 0.0
+    path: TorquePath,
+    parameters: Parameters,
+    alpha: float,
+    initial_slip: FloatArray | float = 0.0,
+    initial_fraction: FloatArray | None = None,
 ) -> FloatArray:
     """Wave-generator slip y along a torque path: a play operator between its envelopes.
 
@@ -132,28 +136,34 @@ def slip(
     parameters : by name, each scalar or (draws,)
     alpha : gear-tooth angle in rad
     initial_slip : scalar or (draws,) y before the first sample, clipped to the envelopes there
+    initial_fraction : (draws,) instead of it, y as a fraction of the way from the lower to the
+        upper envelope at the first torque
 
     Returns
     -------
     (draws, samples) slip in rad
     """
-    direction = path.direction
-    envelope = slip_envelope(direction * path.torque, parameters, alpha)
-    first = path.torque[:1]
-    lower = slip_envelope(first, parameters, alpha)[:, 0]
-    upper = -slip_envelope(-first, parameters, alpha)[:, 0]
-    current = np.minimum(np.maximum(np.asarray(initial_slip, dtype=np.float64), lower), upper)
-    reached = envelope[:, path.ends - 1]
-    if path.reversal_torque is not None:
-        outward = np.where(path.rising, path.reversal_torque, -path.reversal_torque)
-        reached = slip_envelope(outward, parameters, alpha)
+    direction, samples, stretches = path.direction, path.torque.size, path.starts.size
+    reached = path.torque[path.ends - 1] if path.reversal_torque is None else path.reversal_torque
+    outward = np.where(path.rising, reached, -reached)
+    first = path.torque[0]
+    # One call for the samples, the ends of the stretches and both envelopes at the first sample.
+    pushed = np.concatenate([direction * path.torque, outward, [first, -first]])
+    envelopes = slip_envelope(pushed, parameters, alpha)
+    envelope = envelopes[:, :samples]
+    at_end = envelopes[:, samples : samples + stretches]
+    lower, upper = envelopes[:, -2], -envelopes[:, -1]
+    if initial_fraction is None:
+        initial = np.asarray(initial_slip, dtype=np.float64)
+        current = np.minimum(np.maximum(initial, lower), upper)
+    else:
+        current = lower + initial_fraction * (upper - lower)
     for number, (start, end) in enumerate(zip(path.starts, path.ends, strict=True)):
         sign = 1.0 if path.rising[number] else -1.0
         stretch = envelope[:, start:end]
         np.maximum(stretch, (sign * current)[:, None], out=stretch)
-        current = sign * np.maximum(reached[:, number], sign * current)
-    envelope *= direction
-    return envelope
+        current = sign * np.maximum(at_end[:, number], sign * current)
+    return direction * envelope
 
 
 def torsion_angle(
@@ -162,6 +172,7 @@ def torsion_angle(
     alpha: float,
     tooth_mesh: ToothMesh = "continuum",
     initial_slip: FloatArray | float = 0.0,
+    initial_fraction: FloatArray | None = None,
 ) -> FloatArray:
     """Torsion angle Δθ = T/K_F + Δθ_T(T) + tan(alpha)·y (21).
 
@@ -171,7 +182,7 @@ def torsion_angle(
     -------
     (draws, samples) angle in rad
     """
-    angle = slip(path, parameters, alpha, initial_slip)
+    angle = slip(path, parameters, alpha, initial_slip, initial_fraction)
     angle *= math.tan(alpha)
     angle += elastic_angle(path, parameters, tooth_mesh)
     return angle

@@ -69,10 +69,18 @@ class Hyperparameters:
     def named(self) -> dict[str, FloatArray]:
         """(draws,) by the names of `HYPERPARAMETERS`."""
         clock = self.clock
-        values = (clock.rate, clock.exponent, clock.curvature)
-        values = (*values, clock.running_in, clock.running_in_length)
-        rest = (self.volatility, self.rate_volatility, self.own_volatility, self.scatter)
-        return dict(zip(HYPERPARAMETERS, values + rest, strict=True))
+        values = (
+            clock.rate,
+            clock.exponent,
+            clock.curvature,
+            clock.running_in,
+            clock.running_in_length,
+            self.volatility,
+            self.rate_volatility,
+            self.own_volatility,
+            self.scatter,
+        )
+        return dict(zip(HYPERPARAMETERS, values, strict=True))
 
 
 @dataclass(frozen=True)
