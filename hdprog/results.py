@@ -45,7 +45,6 @@ class LoopFit:
     low, high : 5 % and 95 % of the posterior of the angle in rad
     residual : angle − fitted in rad
     noise : standard deviation of a block's angle as fitted, in rad
-    kept : False where a block was set aside as an outlier
     position : index of the block's middle reading in the record
     """
 
@@ -57,7 +56,6 @@ class LoopFit:
     high: FloatArray
     residual: FloatArray
     noise: FloatArray
-    kept: FloatArray
     position: FloatArray
 
 

@@ -127,7 +127,9 @@ class Outcome:
         with atomic_directory(Path(out)) as folder:
             summary = json.dumps(stamped.summary(), indent=1, allow_nan=False)
             (folder / "summary.json").write_text(summary + "\n", "utf-8")
-            (folder / "report.html").write_text(build_report(stamped.result, self.posteriors[0].prior.catalogue), "utf-8")
+            (folder / "report.html").write_text(
+                build_report(stamped.result, self.posteriors[0].prior.catalogue), "utf-8"
+            )
             if not self.single:
                 (folder / "posteriors").mkdir()
             for test in self.tests:

@@ -66,7 +66,9 @@ class SamplingPlan:
 
 
 FULL = SamplingPlan()
-QUICK = SamplingPlan(required_ess=400.0, first_steps=150, most_steps=4000, refits=2, stored_steps=60)
+QUICK = SamplingPlan(
+    required_ess=400.0, first_steps=150, most_steps=4000, refits=2, stored_steps=60
+)
 
 
 @dataclass(frozen=True)
@@ -299,7 +301,8 @@ def _sample(
 def _some(ridge: FloatArray) -> FloatArray:
     """At most a few thousand positions (positions, 9), evenly spaced in all chains."""
     pooled = ridge.reshape(-1, DIMENSIONS)
-    return pooled[np.linspace(0, len(pooled) - 1, min(len(pooled), _MIXTURE_DRAWS)).astype(int)]
+    chosen = np.linspace(0, len(pooled) - 1, min(len(pooled), _MIXTURE_DRAWS)).astype(int)
+    return np.asarray(pooled[chosen])
 
 
 def _unconstrained(posterior: RidgePosterior, ridge: FloatArray) -> FloatArray:

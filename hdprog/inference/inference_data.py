@@ -93,7 +93,6 @@ def inference_data(
     return stored
 
 
-
 def _units(name: str) -> dict[str, str]:
     parameter = BY_NAME[name]
     unit = "1" if parameter.unit == "-" else parameter.unit

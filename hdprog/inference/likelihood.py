@@ -72,9 +72,7 @@ class LoopLikelihood:
         fraction : (draws,) initial slip as a fraction of the way between the envelopes
         """
         parameters = self.prior.to_physical(coordinates)
-        return torsion_angle(
-            self.reduced.path, parameters, self.alpha, initial_fraction=fraction
-        )
+        return torsion_angle(self.reduced.path, parameters, self.alpha, initial_fraction=fraction)
 
     def supported(self, coordinates: FloatArray) -> NDArray[np.bool_]:
         """(draws,) whether coordinates (draws, 8) lie in the hard support of the model."""

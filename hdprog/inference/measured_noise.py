@@ -8,7 +8,8 @@ from scipy.ndimage import median_filter
 
 from hdprog.config import NoiseResolution
 from hdprog.data.loop import Loop
-from hdprog.data.reduce import ReducedLoop, second_difference_noise
+from hdprog.data.noise_level import channel_noise, noise_sd
+from hdprog.data.reduce import ReducedLoop
 from hdprog.physics.parameters import FloatArray
 
 _SPIKE = 6.0  # noise standard deviations: a Gaussian reading in 5e8 is that far out
@@ -20,15 +21,13 @@ _ROUNDING = 1e-9  # of the span: a simulated record without noise still has roun
 def reading_noise(loop: Loop, resolution: NoiseResolution) -> tuple[float, float]:
     """Standard deviation of a torque and of an angle reading about a smooth course.
 
-    The larger of what the declared resolution implies (step/√12) and of the record's own second
-    differences.
+    The larger of what the declared resolution implies (step/√12) and of what the record shows.
 
     Returns
     -------
     torque noise in Nm, angle noise in rad
     """
-    torque = second_difference_noise(loop.torque)
-    angle = second_difference_noise(loop.angle)
+    torque, angle = channel_noise(loop.torque), channel_noise(loop.angle)
     if resolution.torque_Nm is not None:
         torque = max(torque, resolution.torque_Nm / np.sqrt(12))
     if resolution.angle_rad is not None:
@@ -67,7 +66,7 @@ def spikes(residual: FloatArray) -> NDArray[np.bool_]:
     None are named where more than a tenth of the readings stand out: that is no isolated error.
     """
     standing_out = residual - median_filter(residual, size=_NEIGHBOURS)
-    noise = second_difference_noise(residual)
+    noise = noise_sd(residual)
     if noise == 0.0:
         return np.zeros(residual.size, dtype=bool)
     found = np.abs(standing_out) > _SPIKE * noise

@@ -51,7 +51,8 @@ class GaussianMixture:
     def _inverse(self) -> tuple[FloatArray, FloatArray]:
         """Inverse factors, and the log determinants of these, (components,)."""
         diagonal = np.diagonal(self.factors, axis1=1, axis2=2)
-        return np.linalg.inv(self.factors), -np.log(diagonal).sum(axis=1)
+        inverse = np.asarray(np.linalg.inv(self.factors), dtype=np.float64)
+        return inverse, np.asarray(-np.log(diagonal).sum(axis=1))
 
     def log_density(self, points: FloatArray) -> FloatArray:
         """Log density (points,) at points (points, dimensions)."""

@@ -2,8 +2,8 @@
 
 A loop fixes sums and products sharply and their parts hardly at all: the compliance at high
 torque, the step of angle that the teeth add below their threshold, the friction at no load. In
-the logarithms of the parameters such a posterior is a thin bent sheet. Here each sharp combination is
-a coordinate of its own:
+the logarithms of the parameters such a posterior is a thin bent sheet. Here each sharp
+combination is a coordinate of its own:
 
     C     = 1/K_F + 1/(a T_T + b) + tan²α/K_W     compliance at high torque
     p_W   = tan²α/(K_W C)                         share of the wave generator in it

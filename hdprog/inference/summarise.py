@@ -60,7 +60,6 @@ def loop_fit(posterior: Posterior) -> LoopFit:
         high=high,
         residual=reduced.angle - fitted,
         noise=scale * posterior.likelihood.noise.sd,
-        kept=np.ones(reduced.angle.size),
         position=reduced.position,
     )
 

@@ -78,12 +78,10 @@ def few(size: int, most: int = MOST_MARKS) -> NDArray[np.intp]:
 def residual_scale(tests: tuple[TestResult, ...]) -> float:
     """Half the height in µrad of all residual strips: the same for every test.
 
-    The 99.5 % point of the kept residuals of the worst test, at least three times the noise.
+    The 99.5 % point of the residuals of the worst test, at least three times the noise.
     """
     largest = 0.0
     for test in tests:
-        kept: FloatArray = np.abs(test.fit.residual[test.fit.kept.astype(bool)])
-        if kept.size:
-            largest = max(largest, float(np.quantile(kept, 0.995)))
+        largest = max(largest, float(np.quantile(np.abs(test.fit.residual), 0.995)))
         largest = max(largest, 3.0 * float(np.median(test.fit.noise)))
     return 1.15 * largest * MICRORADIAN if largest > 0 else 1.0

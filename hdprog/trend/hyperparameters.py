@@ -16,7 +16,7 @@ from hdprog.inference.diagnostics import diagnose
 from hdprog.physics.parameters import FloatArray
 
 ENSEMBLES = 4
-WALKERS = 20
+WALKERS = 16
 RHAT_LIMIT = 1.02
 """On a few hundred effective draws, R-hat itself scatters by about 0.01."""
 _DIFFERENCE = 1e-2

@@ -27,8 +27,6 @@ HYPERPARAMETERS: tuple[str, ...] = (
     "wear_rate",
     "clock_exponent",
     "clock_curvature",
-    "running_in",
-    "running_in_length",
     "volatility",
     "rate_volatility",
     "own_volatility",
@@ -49,15 +47,13 @@ class Hyperparameters:
 
     @staticmethod
     def of(deviates: FloatArray, prior: WearPrior) -> Hyperparameters:
-        """From standard normal deviates (draws, 9)."""
-        rate, exponent, curvature, quick, length, volatility, change, own, scatter = deviates.T
+        """From standard normal deviates (draws, 7)."""
+        rate, exponent, curvature, volatility, change, own, scatter = deviates.T
         return Hyperparameters(
             WearClock(
                 prior.wear_rate.at(rate),
                 prior.clock_exponent.at(exponent),
                 prior.clock_curvature.at(curvature),
-                prior.running_in.at(quick),
-                prior.running_in_length.at(length),
                 prior.wear_rate.reference_hours,
             ),
             prior.volatility.at(volatility),
@@ -69,18 +65,9 @@ class Hyperparameters:
     def named(self) -> dict[str, FloatArray]:
         """(draws,) by the names of `HYPERPARAMETERS`."""
         clock = self.clock
-        values = (
-            clock.rate,
-            clock.exponent,
-            clock.curvature,
-            clock.running_in,
-            clock.running_in_length,
-            self.volatility,
-            self.rate_volatility,
-            self.own_volatility,
-            self.scatter,
-        )
-        return dict(zip(HYPERPARAMETERS, values, strict=True))
+        values = (clock.rate, clock.exponent, clock.curvature)
+        rest = (self.volatility, self.rate_volatility, self.own_volatility, self.scatter)
+        return dict(zip(HYPERPARAMETERS, values + rest, strict=True))
 
 
 @dataclass(frozen=True)
@@ -173,9 +160,8 @@ class Steps:
         worn = _increments(reached, timeline.begins)
         # What has levelled off still wanders; what accelerates wanders the more.
         counted = np.maximum(worn, _increments(expected, timeline.begins))
-        own = (values.own_volatility[:, None] ** 2 * counted)[
-            ..., None
-        ] * wear_prior.drift_scales**2
+        wandered = values.own_volatility[:, None] ** 2 * counted
+        own = wandered[..., None] * wear_prior.drift_scales**2
         return Steps(
             prior.mean,
             prior.sd**2,

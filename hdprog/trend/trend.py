@@ -135,15 +135,16 @@ class Trend:
         behind = int(np.flatnonzero(which >= 0)[-1]) + 1
         seen = Observations.of(self.mode.loops, self.wear_prior.scales, which[:behind])
         states, carried = draw(steps.upto(behind), seen, values.scatter, rng)
+        centre, farthest = steps.initial_mean, _FARTHEST * np.sqrt(steps.initial_variance)
         states = states + self._put_back(states, values.scatter, which[:behind], rng)
+        states = np.clip(states, centre - farthest, centre + farthest)
         now = states[:, -1]
         ahead, _ = simulate(steps, rng, (now, carried), behind, heals=False)
+        ahead = np.clip(ahead, centre - farthest, centre + farthest)
         ahead[..., _B] = self._level_off(now[:, _B], ahead[..., _B], rng)
-        path = np.concatenate([states, ahead], axis=1)[:, which < 0]
-        centre, farthest = steps.initial_mean, _FARTHEST * np.sqrt(steps.initial_variance)
         return Paths(
             np.asarray(hours, dtype=float),
-            np.clip(path, centre - farthest, centre + farthest),
+            np.concatenate([states, ahead], axis=1)[:, which < 0],
             self.wear_prior.loading_mean,
             steps.shared[:, which < 0],
             steps.own[:, which < 0],

@@ -91,26 +91,22 @@ class ServiceClock:
 
 @dataclass(frozen=True)
 class WearClock:
-    """Wear over hours: running-in, then a power law that may level off or feed on itself.
+    """Wear over hours: a power law that may level off or feed on itself.
 
-        u = A·(t/h)^p,   w = (1 − e^{−κu})/κ + r·(1 − e^{−u/ρ})
+        u = A·(t/h)^p,   w = (1 − e^{−κu})/κ   (w = u where κ = 0)
 
-    with the first term u where κ = 0. A power of time is the usual time scale of wear and
-    degradation (Whitmore & Schenkelberg, Lifetime Data Analysis 3, 1997); κ > 0 lets it level off
-    at 1/κ, κ < 0 accelerate. Without r, running-in would pass for a clock that slows down.
+    A power of time is the usual time scale of wear and degradation (Whitmore & Schenkelberg,
+    Lifetime Data Analysis 3, 1997); κ > 0 lets it level off at 1/κ, κ < 0 accelerate.
 
     Attributes
     ----------
     rate, exponent, curvature : (draws,) A, p, κ
-    running_in, running_in_length : (draws,) r, ρ
     reference_hours : h
     """
 
     rate: FloatArray
     exponent: FloatArray
     curvature: FloatArray
-    running_in: FloatArray
-    running_in_length: FloatArray
     reference_hours: float
 
     def expected(self, hours: FloatArray) -> FloatArray:
@@ -126,6 +122,4 @@ class WearClock:
         kappa = np.broadcast_to(self.curvature[:, None], expected.shape)
         safe = np.where(np.abs(kappa) > _STRAIGHT, kappa, 1.0)
         bent = -np.expm1(np.minimum(-safe * expected, _LARGEST_LOG)) / safe
-        settled = -np.expm1(-expected / self.running_in_length[:, None])
-        steady = np.where(np.abs(kappa) > _STRAIGHT, bent, expected)
-        return np.asarray(steady + self.running_in[:, None] * settled)
+        return np.where(np.abs(kappa) > _STRAIGHT, bent, expected)

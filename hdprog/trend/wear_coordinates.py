@@ -42,7 +42,7 @@ def from_loop(loop: FloatArray) -> FloatArray:
 
 
 def slope(wear: FloatArray) -> FloatArray:
-    """Derivative (..., 8) of the loop's coordinates with respect to the wear coordinates."""
+    """Differentiate the loop's coordinates by the wear coordinates; (..., 8) each."""
     found = np.ones_like(wear)
     inner = _sigmoid(wear[..., _T_T]) / _SHARPER
     found[..., _T_T] = inner / _sigmoid(to_loop(wear)[..., _T_T])

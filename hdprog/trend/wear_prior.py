@@ -72,8 +72,6 @@ class WearPrior(_Strict):
     wear_rate: WearRate
     clock_exponent: LogNormal
     clock_curvature: Curvature
-    running_in: LogNormal
-    running_in_length: LogNormal
     volatility: LogNormal
     rate_volatility: LogNormal
     own_volatility: LogNormal

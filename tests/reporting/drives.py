@@ -88,7 +88,6 @@ def loop_fit(
         high=fitted + 0.4 * noise,
         residual=angle - fitted,
         noise=noise,
-        kept=np.ones(blocks, dtype=bool),
         position=(np.arange(blocks) + 0.5) * size,
     )
 

@@ -123,13 +123,16 @@ WEAR = np.array([0.0, -0.033, 0.0, -2.35, 4.4, -0.021, -0.498, 0.141])
 
 
 def wearing_drive(
-    rng: np.random.Generator, wear: np.ndarray, hours: np.ndarray, scatter: float = 0.01
+    rng: np.random.Generator,
+    wear: np.ndarray,
+    hours: np.ndarray,
+    scatter: float = 0.01,
+    offset: np.ndarray | float = 0.0,
 ) -> list[SimulatedLoop]:
-    """Tests of a drive whose wear (tests,) is given, remounting scatter added."""
+    """Tests of a drive whose wear (tests,) is given, remounting scatter and an offset added."""
     sizes = np.array([1, 1, 1, 1, 3, 1, 1, 1])
-    return [
-        simulated_loop(
-            float(at), NEW + WEAR * reached + scatter * sizes * rng.standard_normal(8), rng
-        )
-        for at, reached in zip(hours, wear, strict=True)
-    ]
+    found = []
+    for at, reached in zip(hours, wear, strict=True):
+        mounted = NEW + WEAR * reached + offset + scatter * sizes * rng.standard_normal(8)
+        found.append(simulated_loop(float(at), mounted, rng))
+    return found

@@ -27,7 +27,6 @@ from hdprog.reporting.rounding import significant
 from hdprog.reporting.style import (
     BAND,
     FIT,
-    LIMIT,
     MEASURED,
     MUTED,
     Picture,
@@ -116,13 +115,16 @@ def _action(test: TestResult) -> str:
     if not test.converged:
         return "do not use the numbers of this test; run it again with more draws."
     if structure_remains(test):
-        return "run hdprog explain on this test before trusting its stiffness and width."
+        return (
+            "look for what else moves in the rig (play, creep, warming) before trusting its "
+            "stiffness and width."
+        )
     return "nothing."
 
 
 def _draw_loop(loop: Axes, bent: Axes, test: TestResult, scales: PanelScales) -> None:
     """Draw the loop, and beside it the same less its straight line."""
-    fit, zero, kept = test.fit, angle_zero(test.fit), test.fit.kept.astype(bool)
+    fit, zero = test.fit, angle_zero(test.fit)
     chosen = few(len(test.loop))
     angle, torque = test.loop.angle[chosen], test.loop.torque[chosen]
     fit_name = "fit" if test.converged else "fit, NOT CONVERGED"
@@ -143,15 +145,7 @@ def _draw_loop(loop: Axes, bent: Axes, test: TestResult, scales: PanelScales) ->
         ),
     ):
         at = fit.torque
-        axes.plot(measured[kept], at[kept], "o", color=MEASURED, label="measured", **blocks)
-        if not kept.all():
-            aside: dict[str, Any] = {
-                "color": LIMIT,
-                "markersize": 5,
-                "label": "set aside as spikes",
-                "zorder": 4,
-            }
-            axes.plot(measured[~kept], at[~kept], "x", **aside)
+        axes.plot(measured, at, "o", color=MEASURED, label="measured", **blocks)
         axes.plot(fitted, at, color=FIT, linewidth=1.3, zorder=3, label=fit_name)
         axes.set_ylim(*scales.torque)
         axes.axhline(0, color=MUTED, linewidth=0.7)
@@ -170,7 +164,6 @@ def _draw_loop(loop: Axes, bent: Axes, test: TestResult, scales: PanelScales) ->
 
 def _draw_residual(axes: Axes, test: TestResult, scales: PanelScales) -> None:
     fit, top = test.fit, scales.residual
-    kept = fit.kept.astype(bool)
     for first, last, rising in stretches(fit)[:MOST_STRETCHES]:
         if not rising:
             axes.axvspan(
@@ -188,21 +181,17 @@ def _draw_residual(axes: Axes, test: TestResult, scales: PanelScales) -> None:
         zorder=2,
     )
     values = np.clip(MICRORADIAN * fit.residual, -top, top)
-    for chosen, mark, colour, size in (
-        (kept, "o", MEASURED, 2.4),
-        (~kept, "x", LIMIT, 4.5),
-    ):
-        axes.plot(
-            fit.position[chosen],
-            values[chosen],
-            mark,
-            color=colour,
-            markersize=size,
-            alpha=0.75,
-            rasterized=True,
-            clip_on=False,
-            zorder=3,
-        )
+    axes.plot(
+        fit.position,
+        values,
+        "o",
+        color=MEASURED,
+        markersize=2.4,
+        alpha=0.75,
+        rasterized=True,
+        clip_on=False,
+        zorder=3,
+    )
     axes.axhline(0, color=FIT, linewidth=0.9, zorder=2.5)
     axes.set_xlim(0, max(float(fit.position.max()), len(test.loop) - 1.0))
     axes.set_ylim(-top, top)

@@ -31,7 +31,8 @@ def warnings(result: DriveResult) -> list[str]:
         if structure_remains(test):
             own.append(
                 "The residual is more than noise: something acts that the model lacks, and "
-                "figures and forecast may be biased. hdprog explain looks for it."
+                "figures and forecast may be biased. The intervals are widened by the correlated "
+                "noise model; look at the residual strip for its shape."
             )
         for text in dict.fromkeys(own):
             by_text.setdefault(text, []).append(test.test_id)

@@ -1,0 +1,95 @@
+"""The likelihood: offset and scale integrated out, information form."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import dblquad
+
+from hdprog.data.loop import Loop
+from hdprog.data.reduce import reduce_loop
+from hdprog.data.turning_points import turning_points
+from hdprog.inference.likelihood import LoopLikelihood
+from hdprog.inference.noise import NoiseModel
+from hdprog.inference.prior_file import read_prior_file
+from hdprog.physics.drive_model import predict
+from tests.physics.table2 import POST_TEST
+
+ALPHA = math.radians(30)
+PRIOR = read_prior_file("csf-25-80").prior(None)
+TRUTH = PRIOR.to_coordinates({name: np.array(value) for name, value in POST_TEST.items()})
+
+
+def likelihood(noise: float, samples: int = 121, offset: float = 0.0) -> LoopLikelihood:
+    rng = np.random.default_rng(9)
+    quarter = np.linspace(0, 63, samples // 4 + 1)
+    torque = np.concatenate([quarter, quarter[-2::-1], -quarter[1:], -quarter[-2::-1]])
+    angle = predict(torque, POST_TEST) + offset + noise * rng.standard_normal(torque.size)
+    loop = Loop(torque=torque, angle=angle)
+    reduced = reduce_loop(loop, turning_points(torque), 0.0)
+    return LoopLikelihood(reduced, PRIOR, ALPHA, NoiseModel.white(np.full(torque.size, 1e-5)))
+
+
+def test_integrating_out_offset_and_scale_by_hand_gives_the_same() -> None:
+    model = likelihood(1e-5, samples=13)
+    half = np.array([0.5])
+    points = [TRUTH + shift for shift in (0.0, 0.01, -0.02)]
+    fast = np.array([model.log_likelihood(point[None], half)[0] for point in points])
+
+    def slow(point: np.ndarray) -> float:
+        missing = (model.reduced.angle - model.angle(point[None], half)[0]) / 1e-5
+
+        def density(offset: float, log_s: float) -> float:
+            s = math.exp(log_s)  # prior 1/s² on s² is flat in log s
+            squares = ((missing - offset) ** 2).sum() / s**2
+            return math.exp(-0.5 * squares + 30.0) / s**missing.size
+
+        centre = float(missing.mean())
+        return math.log(dblquad(density, -4, 4, centre - 15, centre + 15)[0])
+
+    by_hand = np.array([slow(point) for point in points])
+    np.testing.assert_allclose(fast - fast[0], by_hand - by_hand[0], atol=1e-3)
+
+
+def test_offset_does_not_matter_and_is_found() -> None:
+    plain, shifted = likelihood(1e-5), likelihood(1e-5, offset=0.02)
+    half = np.full(400, 0.5)
+    points = np.tile(TRUTH, (400, 1))
+    first = plain.log_likelihood(points[:1], half[:1])
+    assert shifted.log_likelihood(points[:1], half[:1]) == pytest.approx(first, abs=1e-6)
+    offset, scale = shifted.nuisances(points, half, np.random.default_rng(1))
+    # 400 draws: 5 standard errors of their means.
+    assert offset.mean() == pytest.approx(0.02, abs=5e-6)
+    assert scale.mean() == pytest.approx(1.0, abs=0.25)
+
+
+def test_information_form_is_the_likelihood_near_its_point() -> None:
+    """Against the exact log-likelihood at fixed noise, along every coordinate."""
+    model = likelihood(1e-5, samples=241)
+    linear = model.linearise(TRUTH, variance=1.0, logit=0.0)
+    assert np.linalg.eigvalsh(linear.precision).min() > -1e-6
+    sd = 1 / np.sqrt(np.diag(linear.precision))
+
+    def exact(point: np.ndarray) -> float:
+        residual = model.residual(point[None], np.array([0.5]))[0]
+        return float(-0.5 * residual @ residual)
+
+    def quadratic(point: np.ndarray) -> float:
+        return float(linear.information @ point - 0.5 * point @ linear.precision @ point)
+
+    for index in range(8):
+        step = 0.3 * sd[index] * np.eye(8)[index]
+        found = quadratic(TRUTH + step) - quadratic(TRUTH - step)
+        wanted = exact(TRUTH + step) - exact(TRUTH - step)
+        assert found == pytest.approx(wanted, abs=0.05)
+
+
+def test_log_density_of_blocks_adds_up() -> None:
+    model = likelihood(1e-5)
+    one = np.array([1.0])
+    pointwise = model.pointwise(TRUTH[None], np.array([0.5]), 0 * one, one)[0]
+    missing = model.reduced.angle - model.angle(TRUTH[None], np.array([0.5]))[0]
+    wanted = -0.5 * (missing / 1e-5) ** 2 - np.log(1e-5 * np.sqrt(2 * np.pi))
+    np.testing.assert_allclose(pointwise, wanted, rtol=1e-9)

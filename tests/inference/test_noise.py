@@ -1,0 +1,75 @@
+"""White noise is tested, and where it fails the likelihood widens by a named model."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from hdprog.inference.measured_noise import spikes
+from hdprog.inference.noise import FALSE_ALARM_RATE, NoiseModel, fit_noise
+
+BLOCKS = 150
+POSITION = np.arange(float(BLOCKS))
+SENSITIVITIES = np.vander(np.linspace(-1, 1, BLOCKS), 6)
+
+
+def residual(rng: np.random.Generator, share: float, memory: float) -> np.ndarray:
+    """White plus Ornstein-Uhlenbeck noise of unit variance, what a fit absorbs taken out."""
+    slow = np.empty(BLOCKS)
+    slow[0] = rng.standard_normal()
+    phi = np.exp(-1 / memory)
+    for index in range(1, BLOCKS):
+        slow[index] = phi * slow[index - 1] + np.sqrt(1 - phi**2) * rng.standard_normal()
+    noise = np.sqrt(1 - share) * rng.standard_normal(BLOCKS) + np.sqrt(share) * slow
+    fitted = SENSITIVITIES @ np.linalg.lstsq(SENSITIVITIES, noise, rcond=None)[0]
+    return 1e-5 * (noise - fitted)
+
+
+def test_white_noise_stays_white_at_the_stated_rate() -> None:
+    rng = np.random.default_rng(1)
+    sd = np.full(BLOCKS, 1e-5)
+    alarms = sum(
+        fit_noise(residual(rng, 0.0, 1.0), SENSITIVITIES, sd, POSITION).whitening is not None
+        for _ in range(200)
+    )
+    # One in a thousand that this fails by chance at the stated rate.
+    assert alarms <= stats.binom.ppf(0.999, 200, FALSE_ALARM_RATE)
+
+
+def test_correlated_noise_is_found_and_whitened() -> None:
+    rng = np.random.default_rng(2)
+    sd = np.full(BLOCKS, 1e-5)
+    found = 0
+    for _ in range(20):
+        noise = residual(rng, 0.6, 8.0)
+        model = fit_noise(noise, SENSITIVITIES, sd, POSITION)
+        if model.whitening is None:
+            continue
+        found += 1
+        white = model.whiten(noise[None])[0]
+        assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.3
+        assert "Ornstein-Uhlenbeck" in model.words
+    assert found >= 18
+
+
+def test_whitening_undoes_a_covariance() -> None:
+    distance = np.abs(POSITION[:, None] - POSITION[None, :])
+    covariance = 1e-10 * (np.eye(BLOCKS) + 2 * np.exp(-distance / 5))
+    model = NoiseModel.correlated(covariance, "", 5.0)
+    np.testing.assert_allclose(
+        model.whitening.T @ covariance @ model.whitening, np.eye(BLOCKS), atol=1e-9
+    )
+    np.testing.assert_allclose(model.sd, np.sqrt(3e-10), rtol=1e-12)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.02])
+def test_spikes_are_named_and_nothing_else(share: float) -> None:
+    rng = np.random.default_rng(4)
+    series = 1e-5 * rng.standard_normal(5000)
+    series += 3e-5 * np.sin(np.arange(5000) / 200)
+    planted = rng.random(5000) < share
+    series[planted] += 3e-4 * rng.choice([-1, 1], planted.sum())
+    found = spikes(series)
+    assert not (found & ~planted).any()
+    assert (found == planted).mean() > 0.999
