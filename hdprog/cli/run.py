@@ -26,6 +26,14 @@ def run(
         Path,
         typer.Argument(metavar="DRIVE_DIR", help="A folder with drive.toml, tests.csv and loops/."),
     ],
+    no_explain: Annotated[
+        bool,
+        typer.Option(
+            "--no-explain",
+            help="Leave out the search for effects that the model lacks. This version has no "
+            "such search, so nothing changes.",
+        ),
+    ] = False,
     out: Out = None,
     seed: Seed = 0,
     as_json: AsJson = False,
@@ -37,6 +45,7 @@ def run(
     Fits every test, follows the wear over service hours and forecasts when each limit is
     crossed. Writes summary.json, report.html and posteriors/*.nc.
     """
+    del no_explain  # part of the interface; the search itself is not here yet
     folder = output_folder(out, drive_dir.resolve().name)
     from hdprog import workflow
 

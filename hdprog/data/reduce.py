@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,11 +79,39 @@ def _reversal_torques(
 ) -> FloatArray:
     """Denoised torque at the end of every stretch, (stretches,) in Nm."""
     torques = np.empty(turning_points.size - 1)
-    for number, (start, end) in enumerate(itertools.pairwise(turning_points)):
+    for number, (start, end) in enumerate(pairwise(turning_points)):
         half = _window(torque[start : end + 1], noise) // 2
+        if half == 0 and end < torque.size - 1:
+            torques[number] = _corner(torque[max(start, end - 3) : end + 4], noise)
+            continue
         after = min(end + half, torque.size - 1)
         torques[number] = np.mean(torque[max(start, end - half) : after + 1])
     return torques
+
+
+def _corner(near: FloatArray, noise: float) -> float:
+    """Torque of a sharp corner that fell between two readings, where the ramps' lines meet.
+
+    A rounded corner, or one with a hold, lies inside those lines: there the reading stands.
+
+    Parameters
+    ----------
+    near : (7,) readings about the extreme one, which is in the middle; shorter at a record's end
+    noise : standard deviation of a reading in Nm
+    """
+    if near.size < 7:
+        return float(near[near.size // 2] if near.size % 2 else near[np.argmax(np.abs(near))])
+    at = np.arange(-3.0, 4.0)
+    slope_before, level_before = np.polyfit(at[:3], near[:3], 1)
+    slope_after, level_after = np.polyfit(at[4:], near[4:], 1)
+    sign = 1.0 if slope_before > slope_after else -1.0
+    ahead = min(sign * level_before, sign * level_after)
+    step = max(abs(slope_before), abs(slope_after))
+    rounded = abs(sign * near[3] - ahead) > 4 * noise + 0.1 * step
+    if rounded or slope_before * slope_after >= 0:
+        return float(near[3])
+    meeting = (level_after - level_before) / (slope_before - slope_after)
+    return float(level_before + slope_before * np.clip(meeting, -0.6, 0.6))
 
 
 def _block_starts(
