@@ -6,7 +6,6 @@ carry the variance of torque inside them, so that a fit costs the same for any f
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from itertools import pairwise
 
