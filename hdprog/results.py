@@ -150,7 +150,7 @@ class Provenance:
     """How a result came about."""
 
     hdprog_version: str
-    seed: int
+    seed: int | None  # None where a generator was handed in
     quick: bool
     command: str
     created: str  # ISO 8601, UTC

@@ -103,12 +103,13 @@ class Outcome:
         provenance = self.result.provenance
         attributes = {
             "hdprog_version": provenance.hdprog_version,
-            "seed": provenance.seed,
+            "seed": "not recorded" if provenance.seed is None else provenance.seed,
             "command": provenance.command,
             "source_file": posterior.loop.source,
             "source_sha256": posterior.loop.sha256,
         }
-        return inference_data(posterior, np.random.default_rng(provenance.seed), attributes)
+        rng = np.random.default_rng(provenance.seed or 0)  # of prior and predictive draws only
+        return inference_data(posterior, rng, attributes)
 
     def summary(self) -> dict[str, Any]:
         """Content of summary.json (schema hdprog.summary/1)."""
@@ -183,7 +184,7 @@ def fit(
     drive : what is declared of the drive; nothing if None
     effects : ids of effects to fit beside the drive model
     rng : source of randomness; made from `seed` if None
-    seed : used and recorded where no `rng` is given
+    seed : of everything random where no `rng` is given; recorded as None where one is
     quick : fewer draws, marked as such
     progress : called with stage, done, total
 
@@ -202,6 +203,7 @@ def fit(
     started = time.perf_counter()
     hold_blas_to_one_thread()
     drive = Drive.default() if drive is None else drive
+    recorded = seed if rng is None else None
     rng = np.random.default_rng(seed) if rng is None else rng
     with process_executor() as executor:
         posterior = fit_loop(
@@ -215,7 +217,7 @@ def fit(
         trend=None,
         forecasts=(),
         warnings=(),
-        provenance=_provenance(seed, quick, [loop]),
+        provenance=_provenance(recorded, quick, [loop]),
         seconds={"fit": time.perf_counter() - started},
     )
     return Outcome(result, (posterior,), single=True)
@@ -244,11 +246,13 @@ def run(
     BadInputError
         for anything in the folder that cannot be used
     """
-    from hdprog.forecast.crossing import forecast
+    from hdprog.forecast.crossing import forecast, require_horizon_ahead
     from hdprog.trend.trend import fit_trend
     from hdprog.trend.wear_prior import read_wear_prior
 
     folder = read_drive_folder(Path(path))
+    settings = folder.drive.forecast
+    require_horizon_ahead(folder.tests[-1].service_hours, settings.horizon_hours)
     loops = [read_test_loop(folder, test) for test in folder.tests]
     seconds: dict[str, float] = {}
     started = time.perf_counter()
@@ -340,7 +344,7 @@ def _evidence(folder: DriveFolder, posteriors: tuple[Posterior, ...]) -> tuple[_
     )
 
 
-def _provenance(seed: int, quick: bool, loops: list[Loop]) -> Provenance:
+def _provenance(seed: int | None, quick: bool, loops: list[Loop]) -> Provenance:
     return Provenance(
         hdprog_version=__version__,
         seed=seed,

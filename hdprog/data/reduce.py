@@ -44,26 +44,6 @@ class ReducedLoop:
     block_of: NDArray[np.intp]
 
 
-def second_difference_noise(values: FloatArray) -> float:
-    """Noise of neighbouring readings about a smooth course, spikes apart.
-
-    The standard deviation that white noise would need to give the record's second differences,
-    the largest 5 % of them left out.
-
-    Parameters
-    ----------
-    values : (samples,) in order of recording
-
-    Returns
-    -------
-    float in the unit of the values; 0 for a noiseless straight course
-    """
-    second = values[1:-1] - 0.5 * (values[:-2] + values[2:])
-    kept = np.sort(np.abs(second))[: max(1, int(0.95 * second.size))]
-    # E[x² | |x| < 1.96 sd] = 0.7578 sd² for a Gaussian; var(second difference) = 1.5 sd².
-    return float(np.sqrt(np.mean(kept**2) / (0.7578 * 1.5)))
-
-
 def _window(torque: FloatArray, noise: float) -> int:
     """Readings to average at a reversal: as many as make the bias no larger than the noise."""
     rate = float(np.mean(np.abs(torque - torque[-1]))) / max(1, torque.size) * 2

@@ -66,6 +66,17 @@ class Crossing:
         )
 
 
+def require_horizon_ahead(now: float, horizon: float) -> None:
+    """Refuse a horizon in service hours that is not after now; see `forecast_hours`."""
+    if not horizon > now:
+        raise BadInputError(
+            found=f"a horizon of {horizon:g} service hours",
+            where="[forecast] horizon_hours in drive.toml",
+            expected=f"more than the {now:g} service hours of the last test",
+            advice="Set horizon_hours later; it counts from zero, as service_hours does.",
+        )
+
+
 def forecast_hours(now: float, horizon: float, shutdown: float | None = None) -> FloatArray:
     """Service hours (times,) from now to the horizon, denser near now.
 
@@ -76,13 +87,7 @@ def forecast_hours(now: float, horizon: float, shutdown: float | None = None) ->
     BadInputError
         if the horizon is not after now
     """
-    if not horizon > now:
-        raise BadInputError(
-            found=f"a horizon of {horizon:g} service hours",
-            where="[forecast] horizon_hours in drive.toml",
-            expected=f"more than the {now:g} service hours of the last test",
-            advice="Set horizon_hours later; it counts from zero, as service_hours does.",
-        )
+    require_horizon_ahead(now, horizon)
     steps = np.expm1(_DENSER * np.linspace(0.0, 1.0, _TIMES)) / np.expm1(_DENSER)
     hours = now + (horizon - now) * steps
     hours[-1] = horizon
@@ -118,7 +123,8 @@ def _survival(limit: Margins) -> FloatArray:
     short = limit.margin > 0
     room = np.maximum(limit.margin, 0.0)
     variance = np.maximum(limit.wander[:, 1:], np.finfo(float).tiny)
-    touched = np.exp(-2.0 * room[:, :-1] * room[:, 1:] / variance)
+    with np.errstate(over="ignore"):  # a path that does not wander: exp(−∞) = 0 is meant
+        touched = np.exp(-2.0 * room[:, :-1] * room[:, 1:] / variance)
     stays = np.where(short[:, :-1] & short[:, 1:], 1.0 - touched, 0.0)
     return np.concatenate([short[:, :1], np.cumprod(stays, axis=1) * short[:, :1]], axis=1)
 

@@ -20,7 +20,7 @@ GENERIC = "generic"
 
 
 class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid")
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
 class _LogNormal(_Strict):
@@ -131,7 +131,7 @@ def read_prior_file(name: str, folder: Path | None = None) -> PriorFile:
                 expected="a prior file (TOML) or one of the names " + ", ".join(names()),
                 advice="correct the path; a relative one starts at the folder of drive.toml",
             )
-        text = path.read_text("utf-8")
+        content = path.read_bytes()
     else:
         if name not in names():
             raise BadInputError(
@@ -140,10 +140,10 @@ def read_prior_file(name: str, folder: Path | None = None) -> PriorFile:
                 expected="one of " + ", ".join(names()) + ", or a path that ends in .toml",
                 advice="choose one, or leave [prior] out to use one centred on the record",
             )
-        text = (shipped("priors") / f"{name}.toml").read_text("utf-8")
+        content = (shipped("priors") / f"{name}.toml").read_bytes()
     try:
-        return PriorFile.model_validate(tomllib.loads(text))
-    except (tomllib.TOMLDecodeError, ValidationError) as error:
+        return PriorFile.model_validate(tomllib.loads(content.decode("utf-8")))
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError, ValidationError) as error:
         reason = str(error)
         if isinstance(error, ValidationError):
             first = error.errors()[0]

@@ -12,7 +12,7 @@ def provenance(result: DriveResult) -> tuple[Table, Table]:
     run = [
         Row("hdprog", (made.hdprog_version,)),
         Row("command", (made.command,)),
-        Row("seed", (str(made.seed),)),
+        Row("seed", ("a generator was handed in" if made.seed is None else str(made.seed),)),
         Row("draws", ("quick" if made.quick else "full",)),
         Row("made at", (made.created,)),
         *(Row(name, (version,)) for name, version in sorted(made.versions.items())),
