@@ -40,28 +40,35 @@ class JointPrior:
     def of(steps: Steps, scatter: float, scales: FloatArray) -> JointPrior:
         """From the steps of one draw of the hyperparameters, along the tests."""
         tests, count = steps.wear.shape[1], scales.size
+        along = np.outer(steps.direction, steps.direction)
         segment = np.cumsum(steps.begins)
-        wear, passed = np.zeros(tests), np.zeros(tests)
+        wear, passed, rate, lead, integral = np.zeros((5, tests))
         wandered = np.zeros((tests, count, count))
-        shared = np.outer(steps.direction, steps.direction)
         for test in range(tests):
-            added = steps.shared[0, test] * shared + np.diag(steps.own[0, test])
-            first = bool(steps.begins[test])
-            wear[test] = steps.wear[0, test] + (0.0 if first else wear[test - 1])
-            passed[test] = steps.passed[0, test] + (0.0 if first else passed[test - 1])
-            wandered[test] = added + (0.0 if first else wandered[test - 1])
+            gone, gained = steps.passed[0, test], steps.departure[0, test]
+            wear[test], passed[test], rate[test] = steps.wear[0, test], gone, gained
+            lead[test], integral[test] = gained * gone / 2, gained * gone**2 / 3
+            wandered[test] = steps.shared[0, test] * along + np.diag(steps.own[0, test])
+            if not steps.begins[test]:
+                before = test - 1
+                wear[test] += wear[before]
+                passed[test] += passed[before]
+                # Of the rate's departure v and its integral: var v, their covariance, var ∫v.
+                integral[test] += integral[before] + 2 * gone * lead[before]
+                integral[test] += gone**2 * rate[before]
+                lead[test] += lead[before] + gone * rate[before]
+                rate[test] += rate[before]
+                wandered[test] += wandered[before]
         covariance = np.zeros((tests, count, tests, count))
         for row in range(tests):
             for column in range(tests):
                 if segment[row] != segment[column]:
                     continue
-                short, long = sorted((passed[row], passed[column]))
-                integrated = float(steps.rate[0]) * (short**2 * long / 2 - short**3 / 6)
+                early, late = sorted((row, column))
+                turned = integral[early] + lead[early] * (passed[late] - passed[early])
                 fixed = wear[row] * wear[column] * steps.loading_variance
                 covariance[row, :, column] = (
-                    wandered[min(row, column)]
-                    + integrated * shared
-                    + np.diag(steps.initial_variance + fixed)
+                    wandered[early] + turned * along + np.diag(steps.initial_variance + fixed)
                 )
             covariance[row, :, row] += np.diag((scatter * scales) ** 2)
         mean = steps.initial_mean + wear[:, None] * steps.loading_mean

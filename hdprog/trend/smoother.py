@@ -60,7 +60,7 @@ class _Predicted:
         carried = moves @ self.cc
         cross = self.xc @ np.swapaxes(moves, -1, -2)
         passed = steps.passed[:, time]
-        departure = steps.rate * passed  # variance gained by v; it leads the shared walk
+        departure = steps.departure[:, time]  # spread evenly over what has passed
         shared = steps.shared[:, time] + departure * passed**2 / 3
         self.x = self.x + (moves @ self.c[..., None])[..., 0]
         self.xx = self.xx + cross + np.swapaxes(cross, -1, -2)
@@ -209,7 +209,7 @@ def simulate(
             c[:, :COUNT] = steps.loading_mean + spread
         wear, passed = steps.wear[:, time], steps.passed[:, time]
         common, turn, lead = rng.standard_normal((3, draws))
-        departure = np.sqrt(steps.rate * passed)
+        departure = np.sqrt(steps.departure[:, time])
         gained = passed * (c[:, COUNT] + departure * (turn / 2 + lead / np.sqrt(12)))
         if not heals:
             gained = np.maximum(gained, -wear)

@@ -4,9 +4,9 @@
     x_j  = x(t_j) + e_j                      what test j meets after remounting
 
 x_0 has the loop's prior, once a drive; the loadings L a Gaussian around the direction of wear m.
-The rate of wear departs from the clock's by v, a random walk from zero (a local linear trend), and
-d is a random walk along m and, smaller, of every coordinate alone. The time of both walks is the
-expected wear u (Wiener processes with a time-scale transformation). e_j is scatter.
+The rate of wear departs from the clock's by v, a random walk from zero over the logarithm of the
+expected wear (a local linear trend); d is a random walk over the expected wear (a Wiener process
+with a time-scale transformation), along m and of every coordinate alone. e_j is scatter.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ HYPERPARAMETERS: tuple[str, ...] = (
     "remounting_scatter",
 )
 """Sampled as standard normal deviates, one column each."""
+_SETTLING = 0.02  # units of wear before which the rate is not spoken of
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,7 @@ class Steps:
     begins : (times,) where x and L start anew
     wear : (draws, times) increment of wear
     passed : (draws, times) increment of the walks' time
-    rate : (draws,) variance of the rate's departure per unit of that time
+    departure : (draws, times) variance that the rate's departure v gains meanwhile
     shared : (draws, times) variance added along the direction of wear
     own : (draws, times, 8) variance added to each coordinate
     """
@@ -146,7 +147,7 @@ class Steps:
     begins: NDArray[np.bool_]
     wear: FloatArray
     passed: FloatArray
-    rate: FloatArray
+    departure: FloatArray
     shared: FloatArray
     own: FloatArray
 
@@ -160,6 +161,8 @@ class Steps:
         worn = _increments(reached, timeline.begins)
         # What has levelled off still wanders; what accelerates wanders the more.
         counted = np.maximum(worn, _increments(expected, timeline.begins))
+        # The rate changes by the share of life gone by, so that no unit of wear is special to it.
+        lived = np.log1p(np.maximum(expected, reached) / _SETTLING)
         wandered = values.own_volatility[:, None] ** 2 * counted
         own = wandered[..., None] * wear_prior.drift_scales**2
         return Steps(
@@ -171,7 +174,7 @@ class Steps:
             timeline.begins,
             worn,
             counted,
-            values.rate_volatility**2,
+            values.rate_volatility[:, None] ** 2 * _increments(lived, timeline.begins),
             values.volatility[:, None] ** 2 * counted,
             own + timeline.event_variance,
         )
@@ -183,6 +186,7 @@ class Steps:
             begins=self.begins[:times],
             wear=self.wear[:, :times],
             passed=self.passed[:, :times],
+            departure=self.departure[:, :times],
             shared=self.shared[:, :times],
             own=self.own[:, :times],
         )

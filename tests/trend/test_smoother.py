@@ -52,14 +52,18 @@ def dense(steps: Steps, number: int) -> tuple[np.ndarray, np.ndarray]:
         initial[start:end] = np.diag(np.sqrt(steps.initial_variance))
         loading[start:end] = wear[:, None, None] * np.diag(np.sqrt(steps.loading_variance))
         parts += [initial, loading]
-        # The rate's departure: its integral as a fine sum over the walk's increments.
-        fine = 4000
-        middles = (np.arange(fine) + 0.5) / fine * max(passed[-1], 1e-12)
-        size = np.sqrt(steps.rate[number] * max(passed[-1], 1e-12) / fine)
-        integral = np.zeros((6, 8, fine))
-        reach = np.maximum(passed[:, None] - middles, 0.0) * size
-        integral[start:end] = reach[:, None, :] * steps.direction[:, None]
-        parts.append(integral)
+        # The rate's departure: its integral as a fine sum over the walk's increments, whose
+        # variance is spread evenly over what passes between two times.
+        fine, done = 2000, 0.0
+        for time in range(start, end):
+            gone = steps.passed[number, time]
+            middles = done + (np.arange(fine) + 0.5) / fine * gone
+            size = np.sqrt(steps.departure[number, time] / fine)
+            integral = np.zeros((6, 8, fine))
+            reach = np.maximum(passed[:, None] - middles, 0.0) * size
+            integral[start:end] = reach[:, None, :] * steps.direction[:, None]
+            parts.append(integral)
+            done += gone
         for time in range(start, end):
             shared, own = np.zeros((6, 8, 1)), np.zeros((6, 8, 8))
             shared[time:end, :, 0] = np.sqrt(steps.shared[number, time]) * steps.direction
@@ -88,14 +92,14 @@ def test_smoothed_states_equal_the_dense_solution(case) -> None:
     precision, information, _ = Observations.of(seen, WEAR_PRIOR.scales).behind_scatter(scatter)
     states, _ = smooth(steps, precision, information)
     for number in range(3):
-        mean, covariance = JointPriorOf(steps, number)
+        mean, covariance = joint_prior(steps, number)
         whole = block_diagonal(precision[number])
         gain = np.linalg.solve(np.eye(48) + covariance @ whole, covariance)
         expected = mean + gain @ (information[number].ravel() - whole @ mean)
         assert np.allclose(states[number].ravel(), expected, rtol=0, atol=1e-8)
 
 
-def JointPriorOf(steps: Steps, number: int) -> tuple[np.ndarray, np.ndarray]:
+def joint_prior(steps: Steps, number: int) -> tuple[np.ndarray, np.ndarray]:
     """Mean and covariance of the states from the closed form that relinearisation uses."""
     one = Steps(
         steps.initial_mean,
@@ -106,7 +110,7 @@ def JointPriorOf(steps: Steps, number: int) -> tuple[np.ndarray, np.ndarray]:
         steps.begins,
         steps.wear[number : number + 1],
         steps.passed[number : number + 1],
-        steps.rate[number : number + 1],
+        steps.departure[number : number + 1],
         steps.shared[number : number + 1],
         steps.own[number : number + 1],
     )
@@ -118,7 +122,7 @@ def test_the_closed_form_covariance_is_the_sum_of_its_sources(case) -> None:
     steps, _, _ = case
     for number in range(3):
         mean, covariance = dense(steps, number)
-        closed_mean, closed = JointPriorOf(steps, number)
+        closed_mean, closed = joint_prior(steps, number)
         assert np.allclose(closed_mean, mean, atol=1e-12)
         # The fine sum of the rate's walk is good to about 1e-7 of its variance.
         assert np.allclose(closed, covariance, atol=1e-5 * np.abs(covariance).max())
@@ -130,7 +134,7 @@ def test_evidence_is_the_density_of_the_data(case) -> None:
     found = log_evidence(steps, scatter, Observations.of(seen, WEAR_PRIOR.scales))
     expected = []
     for number in range(3):
-        mean, covariance = JointPriorOf(steps, number)
+        mean, covariance = joint_prior(steps, number)
         covariance = covariance + block_diagonal(
             np.tile(np.diag((scatter[number] * WEAR_PRIOR.scales) ** 2), (6, 1, 1))
         )
@@ -155,13 +159,14 @@ def test_draws_have_the_dense_mean_and_covariance(case) -> None:
         steps.loading_variance,
         steps.direction,
         steps.begins,
-        *(np.repeat(part[:1], 2000, axis=0) for part in (steps.wear, steps.passed)),
-        np.repeat(steps.rate[:1], 2000),
-        *(np.repeat(part[:1], 2000, axis=0) for part in (steps.shared, steps.own)),
+        *(
+            np.repeat(part[:1], 2000, axis=0)
+            for part in (steps.wear, steps.passed, steps.departure, steps.shared, steps.own)
+        ),
     )
     observed = Observations.of(seen, WEAR_PRIOR.scales)
     states, _ = draw(one, observed, np.repeat(scatter[:1], 2000), np.random.default_rng(5))
-    mean, covariance = JointPriorOf(steps, 0)
+    mean, covariance = joint_prior(steps, 0)
     precision, information, _ = observed.behind_scatter(scatter[:1])
     whole = block_diagonal(precision[0])
     gain = np.linalg.solve(np.eye(48) + covariance @ whole, covariance)
