@@ -18,3 +18,11 @@ def measured_data() -> Path:
             f"no measured records: {folder} is no folder; set HDPROG_MEASURED_DATA to theirs"
         )
     return folder
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _one_thread_of_linear_algebra() -> None:
+    """Threads of small matrix products only get in each other's way beside parallel tests."""
+    from hdprog.parallel import hold_blas_to_one_thread
+
+    hold_blas_to_one_thread()
