@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from hdprog.data.loop import Loop as Loop
     from hdprog.data.readers import read_loop as read_loop
     from hdprog.physics.drive_model import predict as predict
+    from hdprog.workflow import explain as explain
     from hdprog.workflow import fit as fit
     from hdprog.workflow import run as run
 
@@ -23,6 +24,7 @@ __version__ = "0.1.0"
 _HOMES = {
     "Drive": "hdprog.config",
     "Loop": "hdprog.data.loop",
+    "explain": "hdprog.workflow",
     "fit": "hdprog.workflow",
     "predict": "hdprog.physics.drive_model",
     "read_drive": "hdprog.config",
@@ -38,6 +40,7 @@ __all__ = [  # noqa: RUF022 - in the order of use
     "read_loop",
     "predict",
     "fit",
+    "explain",
     "run",
 ]
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 from hdprog.config import Drive, Limit
 from hdprog.data.loop import Loop
+from hdprog.explanation import DriveExplanation, Explanation
 from hdprog.physics.parameters import FloatArray
 
 LEVELS: tuple[float, ...] = (0.05, 0.25, 0.50, 0.75, 0.95)
@@ -160,7 +161,10 @@ class Provenance:
 
 @dataclass(frozen=True)
 class DriveResult:
-    """Everything about a drive: its tests, trend and forecasts (empty for a single fit)."""
+    """Everything about a drive: its tests, trend and forecasts (empty for a single fit).
+
+    `explanation` is None where effects were not looked for.
+    """
 
     drive: Drive
     tests: tuple[TestResult, ...]
@@ -169,6 +173,7 @@ class DriveResult:
     warnings: tuple[str, ...]
     provenance: Provenance
     seconds: Mapping[str, float] = field(default_factory=dict)
+    explanation: Explanation | DriveExplanation | None = None
 
     @property
     def converged(self) -> bool:

@@ -10,6 +10,7 @@ from hdprog import __version__
 from hdprog.cli.check import check
 from hdprog.cli.demo import demo
 from hdprog.cli.exits import GuardedGroup
+from hdprog.cli.explain import explain
 from hdprog.cli.fit import fit
 from hdprog.cli.run import run
 from hdprog.cli.simulate import simulate
@@ -47,5 +48,5 @@ def _describe(
     """Condition and remaining service life of strain wave gears from torque and torsion loops."""
 
 
-for _command in (demo, check, fit, run, simulate):
+for _command in (demo, check, fit, explain, run, simulate):
     app.command(epilog=EPILOG)(_command)

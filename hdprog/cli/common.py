@@ -62,14 +62,14 @@ class Writable(Protocol):
         """Whether every fit converged."""
 
     @property
-    def verdict(self) -> str:
+    def sentence(self) -> str:
         """The outcome in one sentence."""
 
     def write(self, out: Path, command: str) -> None:
         """Write the summary, the report and the posteriors into `out`."""
 
-    def summary(self) -> dict[str, Any]:
-        """Give the content of summary.json."""
+    def document(self) -> dict[str, Any]:
+        """What --json prints."""
 
 
 def command_line(ctx: typer.Context) -> str:
@@ -125,7 +125,7 @@ def conclude(
     command : str
         The command as typed, for the provenance in the report.
     as_json : bool
-        Write the summary to standard output instead of words.
+        Write the JSON document to standard output instead of words.
     advice : str or None
         What to try next, after the words.
 
@@ -136,9 +136,9 @@ def conclude(
     """
     result.write(out, command)
     if as_json:
-        print_json(result.summary())
+        print_json(result.document())
     else:
-        typer.echo(result.verdict)
+        typer.echo(result.sentence)
         typer.echo(f"Report: {out / 'report.html'}")
         if advice is not None:
             typer.echo(advice)

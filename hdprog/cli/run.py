@@ -28,11 +28,7 @@ def run(
     ],
     no_explain: Annotated[
         bool,
-        typer.Option(
-            "--no-explain",
-            help="Leave out the search for effects that the model lacks. This version has no "
-            "such search, so nothing changes.",
-        ),
+        typer.Option("--no-explain", help="Leave out the search for effects that the model lacks."),
     ] = False,
     out: Out = None,
     seed: Seed = 0,
@@ -42,13 +38,15 @@ def run(
 ) -> None:
     """Fit a drive's tests and forecast its limits.
 
-    Fits every test, follows the wear over service hours and forecasts when each limit is
-    crossed. Writes summary.json, report.html and posteriors/*.nc.
+    Looks for effects that the drive model lacks, fits every test, follows the wear over service
+    hours and forecasts when each limit is crossed. Writes summary.json, explain.json, report.html
+    and posteriors/*.nc.
     """
-    del no_explain  # part of the interface; the search itself is not here yet
     folder = output_folder(out, drive_dir.resolve().name)
     from hdprog import workflow
 
     with progress(quiet=quiet) as report:
-        result = workflow.run(drive_dir, seed=seed, quick=quick, progress=report)
+        result = workflow.run(
+            drive_dir, seed=seed, quick=quick, explain=not no_explain, progress=report
+        )
     conclude(result, folder, command_line(ctx), as_json=as_json)

@@ -6,13 +6,15 @@ carry the variance of torque inside them, so that a fit costs the same for any f
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hdprog.data.coordinates import record_course
 from hdprog.data.loop import Loop
+from hdprog.physics.course import Course
 from hdprog.physics.parameters import FloatArray
 from hdprog.physics.torque_path import TorquePath
 
@@ -28,20 +30,28 @@ class ReducedLoop:
 
     Attributes
     ----------
-    path : torque path over the blocks, reversals exact
+    course : coordinates over the blocks, means of their readings; reversals exact
     angle : (blocks,) mean angle in rad
     count : (blocks,) readings in each block
     position : (blocks,) mean index of a block's readings in the record
-    time : (blocks,) mean time in s, or None
     block_of : (samples,) block of every reading; −1 where it was set aside
     """
 
-    path: TorquePath
+    course: Course
     angle: FloatArray
     count: FloatArray
     position: FloatArray
-    time: FloatArray | None
     block_of: NDArray[np.intp]
+
+    @property
+    def path(self) -> TorquePath:
+        """Torque path over the blocks."""
+        return self.course.path
+
+    @property
+    def time(self) -> FloatArray | None:
+        """(blocks,) mean time in s, or None."""
+        return self.course.time
 
 
 def _window(torque: FloatArray, noise: float) -> int:
@@ -121,6 +131,7 @@ def reduce_loop(
     torque_noise: float,
     kept: NDArray[np.bool_] | None = None,
     max_blocks: int = MAX_BLOCKS,
+    whole: Course | None = None,
 ) -> ReducedLoop:
     """Reduce a record to at most about `max_blocks` blocks; a short one keeps every reading.
 
@@ -131,7 +142,9 @@ def reduce_loop(
     torque_noise : standard deviation of a torque reading in Nm, to denoise the reversals
     kept : (samples,) False for readings to set aside as outliers
     max_blocks : aim for the number of blocks
+    whole : course over all readings, where it is known already
     """
+    whole = whole_course(loop, turning_points, torque_noise) if whole is None else whole
     torque, angle = loop.torque, loop.angle
     n = torque.size
     kept = np.ones(n, dtype=bool) if kept is None else kept
@@ -159,15 +172,33 @@ def reduce_loop(
     path = TorquePath(
         torque=mean_torque,
         starts=np.searchsorted(stretches, numbers, side="left"),
-        rising=np.diff(torque[turning_points]) > 0,
+        rising=whole.path.rising,
         variance=variance if n > max_blocks else None,
-        reversal_torque=_reversal_torques(torque, turning_points, torque_noise),
+        reversal_torque=whole.path.reversal_torque,
     )
     return ReducedLoop(
-        path=path,
+        course=replace(
+            whole,
+            path=path,
+            order=mean(whole.order),
+            time=None if whole.time is None else mean(whole.time),
+            rate=None if whole.rate is None else mean(whole.rate),
+            temperature=None if whole.temperature is None else mean(whole.temperature),
+            output_angle=None if whole.output_angle is None else mean(whole.output_angle),
+        ),
         angle=mean(angle),
         count=np.asarray(count[full], dtype=np.float64),
         position=mean(np.arange(n, dtype=np.float64)),
-        time=mean(loop.time) if loop.time is not None else None,
         block_of=block_of,
     )
+
+
+def whole_course(loop: Loop, turning_points: NDArray[np.intp], torque_noise: float) -> Course:
+    """Course over all readings of a record, its reversals' torque denoised."""
+    path = TorquePath(
+        loop.torque,
+        np.concatenate([[0], turning_points[1:-1] + 1]),
+        np.diff(loop.torque[turning_points]) > 0,
+        reversal_torque=_reversal_torques(loop.torque, turning_points, torque_noise),
+    )
+    return record_course(loop, path, torque_noise)

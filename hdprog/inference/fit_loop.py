@@ -1,29 +1,25 @@
-"""Fit one loop: reduce, find the modes, test the noise, sample until converged."""
+"""Fit one loop: prepare it, find the modes, sample until converged."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
-from hdprog.data.reduce import ReducedLoop, reduce_loop
-from hdprog.data.turning_points import turning_points
 from hdprog.inference.diagnostics import LENGTHS, Diagnostics, autocorrelation_time, diagnose
-from hdprog.inference.likelihood import COUNT, LoopLikelihood, sigmoid
-from hdprog.inference.measured_noise import block_noise, local_slope, reading_noise, spikes
+from hdprog.inference.effect_starts import effect_starts, require
+from hdprog.inference.likelihood import COUNT, LoopLikelihood
+from hdprog.inference.linearised_effects import PARETO_K_LIMIT, LinearisedEffects
 from hdprog.inference.mixture_proposal import GaussianMixture, fit_mixture
-from hdprog.inference.noise import NoiseModel, fit_noise
 from hdprog.inference.posterior import Posterior
-from hdprog.inference.prior_file import prior_of_drive
-from hdprog.inference.priors import Prior, RecordScales
+from hdprog.inference.prepare import Prepared, prepare, settle_noise
+from hdprog.inference.priors import Prior
 from hdprog.inference.sampler import (
-    DIMENSIONS,
     ENSEMBLES,
     WALKERS,
     EnsembleState,
@@ -31,10 +27,9 @@ from hdprog.inference.sampler import (
     initial_states,
     sample_ensemble,
 )
-from hdprog.inference.starting_points import StartingPoint, starting_points
-from hdprog.physics.figures import Operation
+from hdprog.inference.starting_points import StartingPoint
+from hdprog.physics.effects.base import Effect
 from hdprog.physics.parameters import FloatArray
-from hdprog.physics.torque_path import TorquePath
 
 Progress = Callable[[str, int, int], None]
 _SLOW = 12.0  # autocorrelation time in steps above which the proposal is fitted anew
@@ -71,36 +66,13 @@ QUICK = SamplingPlan(
 )
 
 
-@dataclass(frozen=True)
-class _Prepared:
-    likelihood: LoopLikelihood
-    starts: list[StartingPoint]
-    turning_points: NDArray[np.intp]
-    kept: NDArray[np.bool_]
-    record_path: TorquePath
-    noise_floor: float
-
-
-def operation_of(drive: Drive, prior: Prior, loop: Loop) -> tuple[Operation, str | None]:
-    """The torques that a drive's figures refer to, and a remark where the record must stand in."""
-    largest = float(np.max(np.abs(loop.torque)))
-    rated, remark = drive.rated_torque, None
-    if rated is None:
-        rated = largest
-        remark = (
-            f"The drive's rated torque is not given: figures of merit refer to {largest:.3g} Nm, "
-            "the record's largest torque. Set rated_torque_Nm in drive.toml to compare tests."
-        )
-    reference = drive.reference_torque if drive.reference_torque is not None else rated
-    return Operation(drive.alpha, reference, rated, prior.catalogue_torques), remark
-
-
 def fit_loop(
     loop: Loop,
     drive: Drive,
     rng: np.random.Generator,
     *,
     prior: Prior | None = None,
+    effects: tuple[Effect, ...] = (),
     plan: SamplingPlan = FULL,
     executor: Executor | None = None,
     progress: Progress | None = None,
@@ -113,6 +85,7 @@ def fit_loop(
     drive : its declared constants, prior and noise
     rng : the only source of randomness
     prior : overrides the drive's own, e.g. to share one over the tests of a drive
+    effects : beside the drive model, fitted with it
     plan : how long to sample
     executor : runs the ensembles side by side; in this process if None
     progress : called with stage, effective lengths done and wanted
@@ -124,28 +97,55 @@ def fit_loop(
     Raises
     ------
     BadInputError
-        if the drive names a prior that does not exist
+        if the drive names a prior that does not exist, or the record lacks what an effect needs
     """
-    warnings = list(loop.warnings)
-    if prior is None:
-        prior, remark = prior_of_drive(drive, RecordScales.of(loop.torque, loop.angle))
-        warnings += [remark] if remark else []
-    operation, remark = operation_of(drive, prior, loop)
-    warnings += [remark] if remark else []
-    if not drive.alpha_declared:
-        warnings.append(
-            f"The gear-tooth angle is not declared: {math.degrees(drive.alpha):.0f}° is assumed. "
-            "K_W and mu depend on it; stiffness and width hardly do."
-        )
-    prepared = _prepare(loop, drive, prior, rng)
-    posterior = RidgePosterior(prepared.likelihood)
-    states = initial_states(posterior, prepared.starts, rng)
+    prepared = prepare(loop, drive, rng, prior=prior)
+    for effect in effects:
+        require(effect, prepared.likelihood.reduced.course, loop.source)
+    likelihood, starts = prepared.likelihood, prepared.starts
+    for effect in effects:
+        likelihood = replace(likelihood, effects=(*likelihood.effects, effect))
+        starts = effect_starts(likelihood, starts, rng)
+    likelihood, starts = settle_noise(likelihood, starts, rng)
+    return sample_posterior(
+        prepared, likelihood, starts, rng, plan=plan, executor=executor, progress=progress
+    )
+
+
+def sample_posterior(
+    prepared: Prepared,
+    likelihood: LoopLikelihood,
+    starts: list[StartingPoint],
+    rng: np.random.Generator,
+    *,
+    plan: SamplingPlan = FULL,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> Posterior:
+    """Posterior of a prepared record under one model.
+
+    Parameters
+    ----------
+    prepared : the record
+    likelihood : with its noise and effects
+    starts : modes of it, best first
+    rng, plan, executor, progress : as in `fit_loop`
+    """
+    linearised = LinearisedEffects.about(likelihood, starts[0]) if likelihood.effects else None
+    sampled = likelihood if linearised is None else linearised.sampled
+    posterior = RidgePosterior(sampled)
+    states = initial_states(posterior, [_without_effects(start) for start in starts], rng)
     chains, diagnostics, sampling, converged = _sample(
         posterior, states, plan, rng, executor, progress
     )
     stored = chains[:, :: max(1, chains.shape[1] // plan.stored_steps)]
-    flat = stored.reshape(-1, COUNT + 1)
-    offset, scale = prepared.likelihood.nuisances(flat[:, :COUNT], sigmoid(flat[:, COUNT]), rng)
+    flat = stored.reshape(-1, sampled.size)
+    offset, scale = sampled.nuisances(flat, rng)
+    if linearised is not None:
+        flat = linearised.complete(flat, offset, scale, rng)
+        sampling["pareto_k"] = linearised.pareto_k(flat, offset, scale)
+        stored = flat.reshape(*stored.shape[:3], likelihood.size)
+    warnings = list(prepared.warnings)
     if not converged:
         warnings.insert(
             0,
@@ -154,83 +154,38 @@ def fit_loop(
             f"{min(diagnostics.ess_bulk.min(), diagnostics.ess_tail.min()):.0f}): its numbers "
             "are not to be relied on.",
         )
+    if sampling.get("pareto_k", 0.0) > PARETO_K_LIMIT:
+        warnings.append(
+            "The effects' parameters are drawn from a model that is linear in them, and this record"
+            f" bends it (Pareto k {sampling['pareto_k']:.1f}, above {PARETO_K_LIMIT}): their "
+            "intervals are rough; the drive's parameters are less touched."
+        )
     return Posterior(
-        loop=loop,
-        drive=drive,
-        prior=prior,
-        operation=operation,
-        likelihood=prepared.likelihood,
+        loop=prepared.loop,
+        drive=prepared.drive,
+        prior=likelihood.prior,
+        operation=prepared.operation,
+        likelihood=likelihood,
         chains=stored,
         offset=offset.reshape(stored.shape[:3]),
         noise_scale=scale.reshape(stored.shape[:3]),
         diagnostics=diagnostics,
         converged=converged,
-        best=prepared.starts[0].point,
+        best=starts[0].point,
         turning_points=prepared.turning_points,
         kept=prepared.kept,
-        record_path=prepared.record_path,
+        record_course=prepared.record_course,
         noise_floor=prepared.noise_floor,
         sampling=sampling,
-        effects=(),
         warnings=tuple(warnings),
     )
 
 
-def _prepare(loop: Loop, drive: Drive, prior: Prior, rng: np.random.Generator) -> _Prepared:
-    """Reduce the record, set spikes aside, find the modes and the shape of the noise."""
-    points = turning_points(loop.torque)
-    torque_noise, angle_noise = reading_noise(loop, drive.noise)
-    kept = np.ones(len(loop), dtype=bool)
-    reduced = reduce_loop(loop, points, torque_noise)
-    likelihood = _white(reduced, drive, prior, reduced.angle, torque_noise, angle_noise)
-    starts = starting_points(likelihood, rng)
-    whole = TorquePath(
-        loop.torque,
-        np.concatenate([[0], points[1:-1] + 1]),
-        reduced.path.rising,
-        reversal_torque=reduced.path.reversal_torque,
+def _without_effects(start: StartingPoint) -> StartingPoint:
+    """The mode in the nine coordinates that are sampled; the effects are integrated out."""
+    return replace(
+        start, point=start.point[: COUNT + 1], covariance=start.covariance[: COUNT + 1, : COUNT + 1]
     )
-    residual = loop.angle - _best_angle(likelihood.at_path(whole), starts[0])
-    spiked = spikes(residual)
-    if spiked.any():
-        kept = ~spiked
-        reduced = reduce_loop(loop, points, torque_noise, kept)
-    fitted = _best_angle(likelihood.at_path(reduced.path), starts[0])
-    likelihood = _white(reduced, drive, prior, fitted, torque_noise, angle_noise)
-    starts = starting_points(likelihood, rng)
-    residual, sensitivities = _unwhitened(likelihood, starts[0])
-    position = reduced.time if reduced.time is not None else reduced.position
-    noise = fit_noise(residual, sensitivities, likelihood.noise.sd, position)
-    if noise.whitening is not None:
-        likelihood = LoopLikelihood(reduced, prior, drive.alpha, noise)
-        starts = starting_points(likelihood, rng)
-    return _Prepared(likelihood, starts, points, kept, whole, angle_noise)
-
-
-def _white(
-    reduced: ReducedLoop,
-    drive: Drive,
-    prior: Prior,
-    course: FloatArray,
-    torque_noise: float,
-    angle_noise: float,
-) -> LoopLikelihood:
-    slope = local_slope(reduced.path.torque, course)
-    sd = block_noise(reduced, slope, torque_noise, angle_noise)
-    return LoopLikelihood(reduced, prior, drive.alpha, NoiseModel.white(sd))
-
-
-def _best_angle(likelihood: LoopLikelihood, start: StartingPoint) -> FloatArray:
-    angles = likelihood.angle(start.point[None, :COUNT], sigmoid(start.point[COUNT:]))
-    return np.asarray(angles[0])
-
-
-def _unwhitened(likelihood: LoopLikelihood, start: StartingPoint) -> tuple[FloatArray, FloatArray]:
-    """Residual (blocks,) and sensitivities (blocks, 10), offset among them, in rad."""
-    sd = likelihood.noise.sd
-    residual, derivative = likelihood.jacobian(start.point[:COUNT], float(start.point[COUNT]))
-    ones = np.ones((sd.size, 1))
-    return residual * sd, np.hstack([derivative * sd[:, None], ones])
 
 
 def _sample(
@@ -300,11 +255,11 @@ def _sample(
 
 def _some(ridge: FloatArray) -> FloatArray:
     """At most a few thousand positions (positions, 9), evenly spaced in all chains."""
-    pooled = ridge.reshape(-1, DIMENSIONS)
+    pooled = ridge.reshape(-1, ridge.shape[-1])
     chosen = np.linspace(0, len(pooled) - 1, min(len(pooled), _MIXTURE_DRAWS)).astype(int)
     return np.asarray(pooled[chosen])
 
 
 def _unconstrained(posterior: RidgePosterior, ridge: FloatArray) -> FloatArray:
-    flat = posterior.coordinates(ridge.reshape(-1, COUNT + 1))
+    flat = posterior.points(ridge.reshape(-1, ridge.shape[-1]))
     return flat.reshape(ridge.shape)

@@ -47,6 +47,13 @@ def inference_data(
 
     physical = posterior.prior.to_physical(chains[..., :COUNT])
     draws = {name: (_DIMS, physical[name], _units(name)) for name in NAMES}
+    for effect, parameter in posterior.likelihood.effect_set.parameters:
+        index = len(draws) - len(NAMES) + COUNT + 1
+        draws[f"{effect.id}.{parameter.name}"] = (
+            _DIMS,
+            parameter.value(chains[..., index]),
+            {"units": parameter.unit, "long_name": parameter.meaning},
+        )
     draws["angle_offset"] = (_DIMS, offset, {"units": "rad"})
     draws["noise_scale"] = (
         _DIMS,
@@ -108,11 +115,10 @@ def _by_block(
 ) -> tuple[FloatArray, FloatArray]:
     """Log-likelihood and predictive draws by block, (ensemble, walker, step, block), float32."""
     shape = chains.shape[:3]
-    flat = chains.reshape(-1, COUNT + 1)
-    coordinates, fraction = flat[:, :COUNT], sigmoid(flat[:, COUNT])
+    flat = chains.reshape(-1, chains.shape[-1])
     likelihood = posterior.likelihood
-    pointwise = likelihood.pointwise(coordinates, fraction, offset.ravel(), scale.ravel())
-    fitted = likelihood.angle(coordinates, fraction) + offset.reshape(-1, 1)
+    pointwise = likelihood.pointwise(flat, offset.ravel(), scale.ravel())
+    fitted = likelihood.angle(flat) + offset.reshape(-1, 1)
     noise = likelihood.noise.sd * scale.reshape(-1, 1)
     predicted = fitted + noise * rng.standard_normal(fitted.shape)
     return (

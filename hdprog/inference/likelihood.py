@@ -1,5 +1,8 @@
 """Likelihood of one reduced loop, with angle offset and noise scale integrated out.
 
+A point holds the eight unconstrained coordinates of the drive model, the logit of the initial
+slip's fraction and the coordinates of the effects, if there are any: (draws, 9 + effects').
+
 The angle of block k is  offset + Δθ_k(parameters, y0) + s·e_k,  e ~ N(0, V) with V known up to the
 scale s² (see `noise`). With a flat prior on the offset and 1/s² on s², both are integrated exactly:
 
@@ -21,11 +24,14 @@ from numpy.typing import NDArray
 from hdprog.data.reduce import ReducedLoop
 from hdprog.inference.noise import NoiseModel
 from hdprog.inference.priors import Prior
+from hdprog.physics.course import Course
 from hdprog.physics.drive_model import torsion_angle
+from hdprog.physics.effects.base import Effect
+from hdprog.physics.effects.model import EffectSet
 from hdprog.physics.parameters import NAMES, FloatArray, in_support
-from hdprog.physics.torque_path import TorquePath
 
 COUNT = len(NAMES)
+LOGIT_SD = 1.8  # of the logistic distribution
 _STEP = 1e-4  # of the finite differences, in unconstrained coordinates (of order 1 each)
 
 
@@ -46,37 +52,90 @@ class Linearised:
 
 
 @dataclass(frozen=True)
+class HeldEffects:
+    """Effects held at their best values while what they may vary by is part of the noise.
+
+    Attributes
+    ----------
+    coordinates : (k,) best values
+    shift : (blocks,) what the prior's centre adds to the angle, to first order, in rad
+    """
+
+    coordinates: FloatArray
+    shift: FloatArray
+
+
+@dataclass(frozen=True)
 class LoopLikelihood:
-    """Likelihood of the parameters, given one reduced loop."""
+    """Likelihood of the parameters, given one reduced loop.
+
+    Attributes
+    ----------
+    reduced, prior, alpha, noise : the record, the prior, the gear-tooth angle, the noise
+    effects : beside the drive model
+    held : values of the effects where they are no part of a point
+    """
 
     reduced: ReducedLoop
     prior: Prior
     alpha: float
     noise: NoiseModel
+    effects: tuple[Effect, ...] = ()
+    held: HeldEffects | None = None
 
-    def at_path(self, path: TorquePath) -> LoopLikelihood:
-        """The same model along another torque path; only `angle` has a meaning there."""
-        return replace(self, reduced=replace(self.reduced, path=path))
+    def at_course(self, course: Course) -> LoopLikelihood:
+        """The same model along another course; only `angle` has a meaning there."""
+        return replace(self, reduced=replace(self.reduced, course=course))
+
+    @cached_property
+    def effect_set(self) -> EffectSet:
+        """The effects with priors that suit this record."""
+        return EffectSet(self.effects, self.reduced.course.scales)
+
+    @cached_property
+    def size(self) -> int:
+        """Number of coordinates of a point."""
+        return COUNT + 1 + (self.effect_set.size if self.held is None else 0)
+
+    @cached_property
+    def prior_mean(self) -> FloatArray:
+        """(size,) of a point's coordinates; the logit's prior is logistic with that mean."""
+        return np.concatenate([self.prior.mean, np.zeros(self.size - COUNT)])
+
+    @cached_property
+    def prior_sd(self) -> FloatArray:
+        """(size,) of a point's coordinates."""
+        effects = np.ones(self.size - COUNT - 1)
+        return np.concatenate([self.prior.sd, [LOGIT_SD], effects])
 
     @property
     def blocks(self) -> int:
         """Number of blocks."""
         return self.reduced.angle.size
 
-    def angle(self, coordinates: FloatArray, fraction: FloatArray) -> FloatArray:
-        """Model angle without offset, (draws, blocks) in rad.
+    def angle(self, points: FloatArray) -> FloatArray:
+        """Model angle without offset, (draws, blocks) in rad, at points (draws, size)."""
+        parameters = self.prior.to_physical(points[:, :COUNT])
+        fraction, course = sigmoid(points[:, COUNT]), self.reduced.course
+        if not self.effects:
+            return torsion_angle(course.path, parameters, self.alpha, initial_fraction=fraction)
+        if self.held is None:
+            values = self.effect_set.values(points[:, COUNT + 1 :])
+            return self.effect_set.angle(course, parameters, values, self.alpha, fraction)
+        values = self.effect_set.values(self.held.coordinates[None, :])
+        angle = self.effect_set.angle(course, parameters, values, self.alpha, fraction)
+        return angle + self.held.shift
 
-        Parameters
-        ----------
-        coordinates : (draws, 8) unconstrained
-        fraction : (draws,) initial slip as a fraction of the way between the envelopes
-        """
-        parameters = self.prior.to_physical(coordinates)
-        return torsion_angle(self.reduced.path, parameters, self.alpha, initial_fraction=fraction)
+    def supported(self, points: FloatArray) -> NDArray[np.bool_]:
+        """(draws,) whether points (draws, size) lie in the hard support of the model."""
+        return in_support(self.prior.to_physical(points[:, :COUNT]), self.alpha)
 
-    def supported(self, coordinates: FloatArray) -> NDArray[np.bool_]:
-        """(draws,) whether coordinates (draws, 8) lie in the hard support of the model."""
-        return in_support(self.prior.to_physical(coordinates), self.alpha)
+    def log_prior(self, points: FloatArray) -> FloatArray:
+        """(draws,) log prior density of points (draws, size), up to a constant."""
+        logit, effects = points[:, COUNT], points[:, COUNT + 1 :]
+        density = self.prior.log_density(points[:, :COUNT])
+        density = density - logit - 2 * np.logaddexp(0.0, -logit)
+        return np.asarray(density - 0.5 * np.einsum("ij,ij->i", effects, effects))
 
     @cached_property
     def _whitened_offset(self) -> FloatArray:
@@ -95,18 +154,23 @@ class LoopLikelihood:
     def _data(self) -> FloatArray:
         return np.asarray(self.project(self.reduced.angle[None, :])[0])
 
-    def residual(self, coordinates: FloatArray, fraction: FloatArray) -> FloatArray:
+    def residual(self, points: FloatArray) -> FloatArray:
         """Whitened residual without offset, (draws, blocks)."""
-        return np.asarray(self._data - self.project(self.angle(coordinates, fraction)))
+        return np.asarray(self._data - self.project(self.angle(points)))
 
-    def log_likelihood(self, coordinates: FloatArray, fraction: FloatArray) -> FloatArray:
+    def log_likelihood(self, points: FloatArray) -> FloatArray:
         """(draws,) log L with offset and noise scale integrated out, up to a constant."""
-        residual = self.residual(coordinates, fraction)
+        residual = self.residual(points)
         squares = np.einsum("ij,ij->i", residual, residual)
         return np.asarray(-0.5 * (self.blocks - 1) * np.log(squares))
 
+    def offset(self, missing: FloatArray) -> float:
+        """Best angle offset in rad, given what the model leaves (blocks,)."""
+        whitened = self.noise.whiten(np.stack([missing, np.ones_like(missing)]))
+        return float(whitened[0] @ whitened[1] / (whitened[1] @ whitened[1]))
+
     def nuisances(
-        self, coordinates: FloatArray, fraction: FloatArray, rng: np.random.Generator
+        self, points: FloatArray, rng: np.random.Generator
     ) -> tuple[FloatArray, FloatArray]:
         """Draw angle offset and noise scale from their exact conditional distributions.
 
@@ -114,62 +178,61 @@ class LoopLikelihood:
         -------
         offset in rad and noise scale s, (draws,) each
         """
-        squares = np.einsum("ij,ij->i", *(2 * [self.residual(coordinates, fraction)]))
+        squares = np.einsum("ij,ij->i", *(2 * [self.residual(points)]))
         scale = np.sqrt(squares / rng.chisquare(self.blocks - 1, squares.size))
-        missing = self.reduced.angle - self.angle(coordinates, fraction)
+        missing = self.reduced.angle - self.angle(points)
         ones = self.noise.whiten(np.ones((1, self.blocks)))[0]
         precision = ones @ ones
         centre = self.noise.whiten(missing) @ ones / precision
         offset = centre + scale / np.sqrt(precision) * rng.standard_normal(scale.size)
         return offset, scale
 
-    def pointwise(
-        self, coordinates: FloatArray, fraction: FloatArray, offset: FloatArray, scale: FloatArray
-    ) -> FloatArray:
+    def pointwise(self, points: FloatArray, offset: FloatArray, scale: FloatArray) -> FloatArray:
         """Log density of every block given those before it, (draws, blocks)."""
-        missing = self.reduced.angle - self.angle(coordinates, fraction) - offset[:, None]
+        missing = self.reduced.angle - self.angle(points) - offset[:, None]
         whitened = self.noise.whiten(missing) / scale[:, None]
         conditional_sd = scale[:, None] * self.noise.conditional_sd()
         log_density = -0.5 * whitened**2 - np.log(conditional_sd) - 0.5 * np.log(2 * np.pi)
         return np.asarray(log_density)
 
-    def jacobian(self, coordinates: FloatArray, logit: float) -> tuple[FloatArray, FloatArray]:
-        """Whitened residual (blocks,) and its derivative (blocks, 9) at one point.
-
-        The columns are the eight coordinates and the logit of the initial slip's fraction.
-        """
-        point = np.append(coordinates, logit)
-        points = np.tile(point, (2 * (COUNT + 1) + 1, 1))
-        shift = _STEP * np.eye(COUNT + 1)
-        points[1 : COUNT + 2] += shift
-        points[COUNT + 2 :] -= shift
-        residual = self.residual(points[:, :COUNT], sigmoid(points[:, COUNT]))
-        derivative = (residual[1 : COUNT + 2] - residual[COUNT + 2 :]) / (2 * _STEP)
+    def jacobian(self, point: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Whitened residual (blocks,) and its derivative (blocks, size) at one point (size,)."""
+        points = np.tile(point, (2 * self.size + 1, 1))
+        shift = _STEP * np.eye(self.size)
+        points[1 : self.size + 1] += shift
+        points[self.size + 1 :] -= shift
+        residual = self.residual(points)
+        derivative = (residual[1 : self.size + 1] - residual[self.size + 1 :]) / (2 * _STEP)
         return residual[0], derivative.T
 
-    def linearise(self, coordinates: FloatArray, variance: float, logit: float) -> Linearised:
+    def linearise(self, coordinates: FloatArray, variance: float, others: FloatArray) -> Linearised:
         """Gauss-Newton information form of the likelihood at a point; the prior is not in it.
 
         Parameters
         ----------
         coordinates : (8,) point of linearisation
         variance : s², the noise scale squared, held fixed so that linearisations compare
-        logit : initial slip's logit; it is integrated out, with its logistic prior's curvature
+        others : (size − 8,) initial slip's logit and the effects' coordinates; they are integrated
+            out with their priors' curvature
         """
-        residual, derivative = self.jacobian(coordinates, logit)
+        residual, derivative = self.jacobian(np.concatenate([coordinates, others]))
         information = derivative.T @ derivative / variance
         gradient = -derivative.T @ residual / variance
-        fraction = float(sigmoid(np.array(logit)))
-        # Curvature and slope of the logistic prior of the nuisance; then its Schur complement.
-        nuisance = information[COUNT, COUNT] + 2 * fraction * (1 - fraction)
-        pull = gradient[COUNT] + 1 - 2 * fraction
-        cross = information[:COUNT, COUNT]
-        precision = information[:COUNT, :COUNT] - np.outer(cross, cross) / nuisance
-        slope = gradient[:COUNT] - cross * pull / nuisance
+        fraction = float(sigmoid(others[0]))
+        # Curvature and slope of the nuisances' priors; then their Schur complement.
+        curvature = np.append(2 * fraction * (1 - fraction), np.ones(others.size - 1))
+        nuisance = information[COUNT:, COUNT:] + np.diag(curvature)
+        pull = gradient[COUNT:] + np.append(1 - 2 * fraction, -others[1:])
+        cross = information[:COUNT, COUNT:]
+        solved = np.linalg.solve(nuisance, np.column_stack([cross.T, pull]))
+        precision = information[:COUNT, :COUNT] - cross @ solved[:, :COUNT]
+        slope = gradient[:COUNT] - cross @ solved[:, COUNT]
         return Linearised(
-            precision=precision,
+            precision=0.5 * (precision + precision.T),
             information=precision @ coordinates + slope,
-            log_likelihood=float(-0.5 * residual @ residual / variance + 0.5 * pull**2 / nuisance),
+            log_likelihood=float(
+                -0.5 * residual @ residual / variance + 0.5 * pull @ solved[:, COUNT]
+            ),
         )
 
 

@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
+from hdprog.explanation import UNKNOWN
 from hdprog.inference.diagnostics import Diagnostics
-from hdprog.inference.likelihood import COUNT, LoopLikelihood, sigmoid
+from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.priors import Prior
+from hdprog.physics.course import Course
+from hdprog.physics.effects.base import Values
 from hdprog.physics.figures import FigureRequest, Operation, figures
 from hdprog.physics.parameters import NAMES, FloatArray, Parameters
-from hdprog.physics.torque_path import TorquePath
 
 FIGURE_DRAWS = 2000
 
@@ -29,15 +31,14 @@ class Posterior:
     ----------
     loop, drive, prior, operation : what was fitted, and what its figures refer to
     likelihood : of the reduced record, noise model included
-    chains : (ensembles, steps, walkers, 9) thinned draws of the unconstrained coordinates and of
-        the logit of the initial slip's fraction
+    chains : (ensembles, steps, walkers, size) thinned draws of points, see `likelihood`
     offset, noise_scale : (ensembles, steps, walkers) drawn given the chains; rad and -
     diagnostics : of the whole chains, before thinning; quantities as in `chains`
     converged : R-hat, ESS and length all reached what they must
-    best : (9,) best point found by least squares
+    best : (size,) best point found by least squares
     turning_points : indices of the record's first reading, reversals and last reading
     kept : (samples,) False for readings set aside as spikes
-    record_path : torque path of the whole record
+    record_course : coordinates of the whole record
     noise_floor : scatter of neighbouring readings about a smooth course, in rad
     sampling : numbers of the run by name (ensembles, walkers, steps, burn_in, tau, acceptance)
     warnings : in words
@@ -56,21 +57,31 @@ class Posterior:
     best: FloatArray
     turning_points: NDArray[np.intp]
     kept: NDArray[np.bool_]
-    record_path: TorquePath
+    record_course: Course
     noise_floor: float
     sampling: Mapping[str, float]
-    effects: tuple[str, ...]
     warnings: tuple[str, ...]
 
-    @cached_property
-    def coordinates(self) -> FloatArray:
-        """(draws, 8) unconstrained coordinates, walker after walker."""
-        return self._flat(self.chains)[:, :COUNT]
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Ids of the effects fitted beside the drive model; "unknown" for an empirical term."""
+        named = tuple(effect.id for effect in self.likelihood.effects)
+        return named if self.likelihood.noise.term is None else (*named, UNKNOWN)
 
     @cached_property
-    def fraction(self) -> FloatArray:
-        """(draws,) initial slip as a fraction of the way between its envelopes."""
-        return sigmoid(self._flat(self.chains)[:, COUNT])
+    def effect_values(self) -> dict[str, Values]:
+        """Physical parameters of the effects by id and name, (draws, 1) each."""
+        return self.likelihood.effect_set.values(self.points[:, COUNT + 1 :])
+
+    @cached_property
+    def points(self) -> FloatArray:
+        """(draws, size) points of the likelihood, walker after walker."""
+        return self._flat(self.chains)
+
+    @property
+    def coordinates(self) -> FloatArray:
+        """(draws, 8) unconstrained coordinates of the drive model."""
+        return self.points[:, :COUNT]
 
     @cached_property
     def parameters(self) -> Parameters:
@@ -103,17 +114,33 @@ class Posterior:
     def fitted_angles(self) -> FloatArray:
         """Model angle with offset, (draws, blocks) in rad, for some draws."""
         chosen = self.thinned(400)
-        angle = self.likelihood.angle(self.coordinates[chosen], self.fraction[chosen])
-        return angle + self._flat(self.offset[..., None])[chosen]
+        likelihood = self.likelihood
+        angle = likelihood.angle(self.points[chosen]) + self._flat(self.offset[..., None])[chosen]
+        return angle + likelihood.noise.smooth_part(likelihood.reduced.angle - angle)
 
     @cached_property
     def record_residual(self) -> FloatArray:
         """(samples,) measured angle minus the fitted one at every reading, in rad."""
-        whole = self.likelihood.at_path(self.record_path)
+        whole = self.likelihood.at_course(self.record_course)
         chosen = self.thinned(8 if len(self.loop) < 200_000 else 1)
-        fitted = whole.angle(self.coordinates[chosen], self.fraction[chosen]).mean(axis=0)
-        difference = self.loop.angle - fitted
+        points = self.points[chosen]
+        difference = self.loop.angle - whole.angle(points).mean(axis=0)
+        term = self.likelihood.noise.term
+        if term is not None:
+            left = self.likelihood.reduced.angle - self.likelihood.angle(points).mean(axis=0)
+            left -= self.likelihood.offset(left)
+            coefficients = self.likelihood.noise.coefficients(left)
+            difference = difference - term.features(self.record_course) @ coefficients
         return np.asarray(difference - np.mean(difference[self.kept]))
+
+    def without_effect(self, effect_id: str, draws: int) -> tuple[FloatArray, FloatArray]:
+        """Model angle with all effects and with one absent, (draws, blocks) in rad each."""
+        points = self.points[self.thinned(draws)]
+        absent = points.copy()
+        for index, (effect, parameter) in enumerate(self.likelihood.effect_set.parameters):
+            if effect.id == effect_id and parameter.amplitude:
+                absent[:, COUNT + 1 + index] = parameter.absent
+        return self.likelihood.angle(points), self.likelihood.angle(absent)
 
     def _flat(self, chains: FloatArray) -> FloatArray:
         return chains.transpose(0, 2, 1, 3).reshape(-1, chains.shape[-1])

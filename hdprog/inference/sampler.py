@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hdprog.inference.likelihood import COUNT, LoopLikelihood, sigmoid
+from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.mixture_proposal import GaussianMixture, IndependenceProposal
 from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
 from hdprog.inference.starting_points import StartingPoint
@@ -23,7 +23,6 @@ from hdprog.physics.parameters import FloatArray
 
 ENSEMBLES = 4
 WALKERS = 24
-DIMENSIONS = COUNT + 1
 LogDensity = Callable[[FloatArray], FloatArray]
 
 
@@ -36,27 +35,32 @@ class RidgePosterior:
 
     likelihood: LoopLikelihood
 
-    def coordinates(self, position: FloatArray) -> FloatArray:
-        """Unconstrained coordinates with the slip's logit, (draws, 9), of positions (draws, 9)."""
-        prior = self.likelihood.prior
-        unconstrained, _ = to_unconstrained(
-            position[:, :COUNT], self.likelihood.alpha, prior.softplus_scale
-        )
-        return np.column_stack([unconstrained, position[:, COUNT]])
+    def points(self, position: FloatArray) -> FloatArray:
+        """Points of the likelihood, (draws, size), of positions (draws, size)."""
+        return self._points(position)[0]
 
     def __call__(self, position: FloatArray) -> FloatArray:
-        """Log density (draws,) at positions (draws, 9); −inf outside the support."""
-        likelihood, prior = self.likelihood, self.likelihood.prior
-        unconstrained, log_jacobian = to_unconstrained(
-            position[:, :COUNT], likelihood.alpha, prior.softplus_scale
-        )
-        logit = position[:, COUNT]
+        """Log density (draws,) at positions (draws, size); −inf outside the support."""
+        points, log_jacobian = self._points(position)
         with np.errstate(all="ignore"):
-            density = log_jacobian + prior.log_density(unconstrained)
-            density += -logit - 2 * np.logaddexp(0.0, -logit)
-            density += likelihood.log_likelihood(unconstrained, sigmoid(logit))
-            inside = np.isfinite(density) & likelihood.supported(unconstrained)
+            density = log_jacobian + self.likelihood.log_prior(points)
+            density += self.likelihood.log_likelihood(points)
+            inside = np.isfinite(density) & self.likelihood.supported(points)
         return np.where(inside, density, -np.inf)
+
+    def position(self, point: FloatArray) -> FloatArray:
+        """Position (size,) of one point (size,)."""
+        likelihood = self.likelihood
+        ridge = from_unconstrained(
+            point[None, :COUNT], likelihood.alpha, likelihood.prior.softplus_scale
+        )[0]
+        return np.concatenate([ridge, point[COUNT:]])
+
+    def _points(self, position: FloatArray) -> tuple[FloatArray, FloatArray]:
+        unconstrained, log_jacobian = to_unconstrained(
+            position[:, :COUNT], self.likelihood.alpha, self.likelihood.prior.softplus_scale
+        )
+        return np.hstack([unconstrained, position[:, COUNT:]]), log_jacobian
 
 
 @dataclass(frozen=True)
@@ -139,7 +143,7 @@ def initial_states(
     -------
     one EnsembleState an ensemble
     """
-    likelihood = posterior.likelihood
+    size = posterior.likelihood.size
     near = [start for start in starts if start.deviance < starts[0].deviance + 12.0]
     mass = np.array(
         [0.5 * np.linalg.slogdet(start.covariance)[1] - 0.5 * start.deviance for start in near]
@@ -153,13 +157,8 @@ def initial_states(
         spread = 1.0
         while len(kept) < walkers:
             mode = int(rng.choice(len(near), p=weight))
-            drawn = near[mode].point + spread * (factors[mode] @ rng.standard_normal(DIMENSIONS))
-            position = np.append(
-                from_unconstrained(
-                    drawn[None, :COUNT], likelihood.alpha, likelihood.prior.softplus_scale
-                )[0],
-                drawn[COUNT],
-            )
+            drawn = near[mode].point + spread * (factors[mode] @ rng.standard_normal(size))
+            position = posterior.position(drawn)
             if np.isfinite(posterior(position[None, :])[0]):
                 kept.append(position)
             else:

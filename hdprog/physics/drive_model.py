@@ -64,18 +64,29 @@ def mesh_angle_as_printed(
 
 
 def elastic_angle(
-    path: TorquePath, parameters: Parameters, tooth_mesh: ToothMesh = "continuum"
+    path: TorquePath,
+    parameters: Parameters,
+    tooth_mesh: ToothMesh = "continuum",
+    negative: Parameters | None = None,
 ) -> FloatArray:
     """Cup and tooth-mesh torsion T/K_F + Δθ_T(T), mirrored for negative torque.
 
     Where samples are block averages, the mesh's curvature times the variance of torque inside
     the block is added, so that the average of the angle is compared with the average.
 
+    Parameters
+    ----------
+    path : the torque history
+    parameters, negative : of the drive, and of its negative side where that has its own
+
     Returns
     -------
     (draws, samples) angle in rad
     """
     torque = path.torque
+    if negative is not None:
+        here = elastic_angle(path, parameters, tooth_mesh)
+        return np.where(torque < 0, elastic_angle(path, negative, tooth_mesh), here)
     a, b, T_T = (_column(parameters[name]) for name in ("a", "b", "T_T"))
     magnitude = np.abs(torque)
     mesh = mesh_angle if tooth_mesh == "continuum" else mesh_angle_as_printed
@@ -97,7 +108,7 @@ def slip_envelope(pushed: FloatArray, parameters: Parameters, alpha: float) -> F
 
     Parameters
     ----------
-    pushed : (samples,) u in Nm
+    pushed : (samples,) or (draws, samples) u in Nm
     parameters : c, T_i, mu, K_W, each scalar or (draws,)
     alpha : gear-tooth angle in rad
 
@@ -127,6 +138,7 @@ def slip(
     alpha: float,
     initial_slip: FloatArray | float = 0.0,
     initial_fraction: FloatArray | None = None,
+    negative: Parameters | None = None,
 ) -> FloatArray:
     """Wave-generator slip y along a torque path: a play operator between its envelopes.
 
@@ -138,18 +150,20 @@ def slip(
     initial_slip : scalar or (draws,) y before the first sample, clipped to the envelopes there
     initial_fraction : (draws,) instead of it, y as a fraction of the way from the lower to the
         upper envelope at the first torque
+    negative : parameters of the side of negative torque, where that has its own
 
     Returns
     -------
     (draws, samples) slip in rad
     """
-    direction, samples, stretches = path.direction, path.torque.size, path.starts.size
-    reached = path.torque[path.ends - 1] if path.reversal_torque is None else path.reversal_torque
-    outward = np.where(path.rising, reached, -reached)
-    first = path.torque[0]
+    direction, samples, stretches = path.direction, path.direction.size, path.starts.size
+    first = path.torque[..., [0, 0]]
     # One call for the samples, the ends of the stretches and both envelopes at the first sample.
-    pushed = np.concatenate([direction * path.torque, outward, [first, -first]])
+    torque = np.concatenate([path.torque, path.reached, first], axis=-1)
+    pushed = torque * np.concatenate([direction, np.where(path.rising, 1.0, -1.0), [1.0, -1.0]])
     envelopes = slip_envelope(pushed, parameters, alpha)
+    if negative is not None:
+        envelopes = np.where(torque < 0, slip_envelope(pushed, negative, alpha), envelopes)
     envelope = envelopes[:, :samples]
     at_end = envelopes[:, samples : samples + stretches]
     lower, upper = envelopes[:, -2], -envelopes[:, -1]
@@ -173,6 +187,7 @@ def torsion_angle(
     tooth_mesh: ToothMesh = "continuum",
     initial_slip: FloatArray | float = 0.0,
     initial_fraction: FloatArray | None = None,
+    negative: Parameters | None = None,
 ) -> FloatArray:
     """Torsion angle Δθ = T/K_F + Δθ_T(T) + tan(alpha)·y (21).
 
@@ -182,9 +197,9 @@ def torsion_angle(
     -------
     (draws, samples) angle in rad
     """
-    angle = slip(path, parameters, alpha, initial_slip, initial_fraction)
+    angle = slip(path, parameters, alpha, initial_slip, initial_fraction, negative)
     angle *= math.tan(alpha)
-    angle += elastic_angle(path, parameters, tooth_mesh)
+    angle += elastic_angle(path, parameters, tooth_mesh, negative)
     return angle
 
 

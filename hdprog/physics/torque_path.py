@@ -17,13 +17,14 @@ class TorquePath:
 
     Attributes
     ----------
-    torque : (samples,) torque in order of time, in Nm
+    torque : (samples,) torque in order of time, in Nm; (draws, samples) where an error of its
+        sensor is taken out draw by draw
     starts : (stretches,) index of the first sample of each stretch; the first is 0
     rising : (stretches,) whether torque rises on the stretch
     variance : (samples,) variance of torque inside the block that a sample stands for [Nm²],
         or None where each sample is one reading
     reversal_torque : (stretches,) torque reached at the end of each stretch in Nm, or None where
-        the last sample of the stretch is that torque
+        the last sample of the stretch is that torque; (draws, stretches) with such a torque
     """
 
     torque: FloatArray
@@ -35,7 +36,14 @@ class TorquePath:
     @property
     def ends(self) -> NDArray[np.intp]:
         """(stretches,) index behind the last sample of each stretch."""
-        return np.append(self.starts[1:], self.torque.size)
+        return np.append(self.starts[1:], self.torque.shape[-1])
+
+    @property
+    def reached(self) -> FloatArray:
+        """(stretches,) torque at the end of each stretch in Nm; (draws, stretches) by draw."""
+        if self.reversal_torque is None:
+            return np.asarray(self.torque[..., self.ends - 1])
+        return self.reversal_torque
 
     @property
     def direction(self) -> FloatArray:

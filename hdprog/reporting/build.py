@@ -14,7 +14,7 @@ from hdprog.reporting.figures.loops_overlay import loops_overlay
 from hdprog.reporting.figures.remaining_life import remaining_life
 from hdprog.reporting.figures.trend_fan import trend_fan
 from hdprog.reporting.rounding import plain
-from hdprog.reporting.sections import facts, method, provenance, tests, warnings
+from hdprog.reporting.sections import effects, facts, method, provenance, tests, warnings
 from hdprog.reporting.sections import remaining_life as life
 from hdprog.reporting.style import Picture, house_style
 from hdprog.reporting.verdict import verdict
@@ -46,6 +46,7 @@ def build_report(result: DriveResult, catalogue: Mapping[str, float] | None = No
         pictures = {
             "life": _life(result),
             "trends": _trends(result),
+            "effects": effects.effects(result.explanation),
             "overlay": loops_overlay(result.tests, scales) if len(result.tests) > 1 else None,
             "panels": [_panel(test, scales) for test in result.tests],
         }

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from hdprog.reporting import outlook
+from hdprog.reporting.effect_words import traced_sentences
 from hdprog.reporting.present import against_limit, condition
 from hdprog.reporting.rounding import (
     hours,
@@ -67,6 +68,8 @@ def verdict(result: DriveResult) -> Verdict:
     else:
         status, said = _outlook(result, main)
         sentences += said
+    if result.explanation is not None:
+        sentences += traced_sentences(result.explanation)
     provisional = not result.converged
     label = _LABELS[status] + (" \u2013 provisional" if provisional else "")
     return Verdict(status, provisional, label, tuple(map(tidy, sentences)))

@@ -23,7 +23,7 @@ class Outcome:
     """A finished fit or run whose numbers are agreed on beforehand."""
 
     converged: bool = True
-    verdict: str = "Inspect before 1 310 h."
+    sentence: str = "Inspect before 1 310 h."
     written: list[tuple[Path, str]] = field(default_factory=list)
 
     def write(self, out: Path, command: str) -> None:
@@ -31,6 +31,9 @@ class Outcome:
         (out / "report.html").write_text("<p>report</p>", encoding="utf-8")
         (out / "summary.json").write_text(json.dumps(self.summary()), encoding="utf-8")
         self.written.append((out, command))
+
+    def document(self) -> dict[str, object]:
+        return self.summary()
 
     def summary(self) -> dict[str, Any]:
         return {"schema": "hdprog.summary/1", "drive": {"id": "cell3-axis2"}}

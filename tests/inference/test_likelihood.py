@@ -22,6 +22,13 @@ PRIOR = read_prior_file("csf-25-80").prior(None)
 TRUTH = PRIOR.to_coordinates({name: np.array(value) for name, value in POST_TEST.items()})
 
 
+def at(coordinates: np.ndarray) -> np.ndarray:
+    """Points with the initial slip in the middle."""
+    return np.hstack(
+        [np.atleast_2d(coordinates), np.zeros((np.atleast_2d(coordinates).shape[0], 1))]
+    )
+
+
 def likelihood(noise: float, samples: int = 121, offset: float = 0.0) -> LoopLikelihood:
     rng = np.random.default_rng(9)
     quarter = np.linspace(0, 63, samples // 4 + 1)
@@ -34,12 +41,11 @@ def likelihood(noise: float, samples: int = 121, offset: float = 0.0) -> LoopLik
 
 def test_integrating_out_offset_and_scale_by_hand_gives_the_same() -> None:
     model = likelihood(1e-5, samples=13)
-    half = np.array([0.5])
     points = [TRUTH + shift for shift in (0.0, 0.01, -0.02)]
-    fast = np.array([model.log_likelihood(point[None], half)[0] for point in points])
+    fast = np.array([model.log_likelihood(at(point))[0] for point in points])
 
     def slow(point: np.ndarray) -> float:
-        missing = (model.reduced.angle - model.angle(point[None], half)[0]) / 1e-5
+        missing = (model.reduced.angle - model.angle(at(point))[0]) / 1e-5
 
         def density(offset: float, log_s: float) -> float:
             s = math.exp(log_s)  # prior 1/s² on s² is flat in log s
@@ -55,11 +61,10 @@ def test_integrating_out_offset_and_scale_by_hand_gives_the_same() -> None:
 
 def test_offset_does_not_matter_and_is_found() -> None:
     plain, shifted = likelihood(1e-5), likelihood(1e-5, offset=0.02)
-    half = np.full(400, 0.5)
-    points = np.tile(TRUTH, (400, 1))
-    first = plain.log_likelihood(points[:1], half[:1])
-    assert shifted.log_likelihood(points[:1], half[:1]) == pytest.approx(first, abs=1e-6)
-    offset, scale = shifted.nuisances(points, half, np.random.default_rng(1))
+    points = at(np.tile(TRUTH, (400, 1)))
+    first = plain.log_likelihood(points[:1])
+    assert shifted.log_likelihood(points[:1]) == pytest.approx(first, abs=1e-6)
+    offset, scale = shifted.nuisances(points, np.random.default_rng(1))
     # 400 draws: 5 standard errors of their means.
     assert offset.mean() == pytest.approx(0.02, abs=5e-6)
     assert scale.mean() == pytest.approx(1.0, abs=0.25)
@@ -68,12 +73,12 @@ def test_offset_does_not_matter_and_is_found() -> None:
 def test_information_form_is_the_likelihood_near_its_point() -> None:
     """Against the exact log-likelihood at fixed noise, along every coordinate."""
     model = likelihood(1e-5, samples=241)
-    linear = model.linearise(TRUTH, variance=1.0, logit=0.0)
+    linear = model.linearise(TRUTH, variance=1.0, others=np.zeros(1))
     assert np.linalg.eigvalsh(linear.precision).min() > -1e-6
     sd = 1 / np.sqrt(np.diag(linear.precision))
 
     def exact(point: np.ndarray) -> float:
-        residual = model.residual(point[None], np.array([0.5]))[0]
+        residual = model.residual(at(point))[0]
         return float(-0.5 * residual @ residual)
 
     def quadratic(point: np.ndarray) -> float:
@@ -89,7 +94,7 @@ def test_information_form_is_the_likelihood_near_its_point() -> None:
 def test_log_density_of_blocks_adds_up() -> None:
     model = likelihood(1e-5)
     one = np.array([1.0])
-    pointwise = model.pointwise(TRUTH[None], np.array([0.5]), 0 * one, one)[0]
-    missing = model.reduced.angle - model.angle(TRUTH[None], np.array([0.5]))[0]
+    pointwise = model.pointwise(at(TRUTH), 0 * one, one)[0]
+    missing = model.reduced.angle - model.angle(at(TRUTH))[0]
     wanted = -0.5 * (missing / 1e-5) ** 2 - np.log(1e-5 * np.sqrt(2 * np.pi))
     np.testing.assert_allclose(pointwise, wanted, rtol=1e-9)

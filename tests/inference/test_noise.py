@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from hdprog.inference.measured_noise import spikes
-from hdprog.inference.noise import FALSE_ALARM_RATE, NoiseModel, fit_noise
+from hdprog.inference.noise import FALSE_ALARM_RATE, DecayingNoise, NoiseModel, fit_noise
 
 BLOCKS = 150
 POSITION = np.arange(float(BLOCKS))
@@ -56,11 +56,24 @@ def test_correlated_noise_is_found_and_whitened() -> None:
 def test_whitening_undoes_a_covariance() -> None:
     distance = np.abs(POSITION[:, None] - POSITION[None, :])
     covariance = 1e-10 * (np.eye(BLOCKS) + 2 * np.exp(-distance / 5))
-    model = NoiseModel.correlated(covariance, "", 5.0)
+    model = NoiseModel.decaying(np.full(BLOCKS, 1e-5), np.log(2), 5.0, POSITION)
     np.testing.assert_allclose(
         model.whitening.T @ covariance @ model.whitening, np.eye(BLOCKS), atol=1e-9
     )
     np.testing.assert_allclose(model.sd, np.sqrt(3e-10), rtol=1e-12)
+    assert model.log_det == pytest.approx(np.linalg.slogdet(covariance)[1], rel=1e-9)
+
+
+@pytest.mark.parametrize("ratio", [1e-3, 1.0, 1e4])
+def test_banded_solution_is_the_dense_one(ratio: float) -> None:
+    variance = 1e-10 * np.linspace(0.5, 2.0, BLOCKS)
+    distance = np.abs(POSITION[:, None] - POSITION[None, :])
+    dense = np.diag(variance) + 1e-10 * ratio * np.exp(-distance / 30)
+    banded = DecayingNoise.of(variance, 1e-10 * ratio, np.diff(POSITION) / 30)
+    columns = np.random.default_rng(0).standard_normal((BLOCKS, 3))
+    wanted = np.linalg.solve(dense, columns)
+    np.testing.assert_allclose(banded.solve(columns), wanted, atol=1e-8 * np.abs(wanted).max())
+    assert banded.log_det == pytest.approx(np.linalg.slogdet(dense)[1], abs=1e-6)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.02])

@@ -15,7 +15,7 @@ import xarray
 
 import hdprog
 from hdprog import workflow
-from hdprog.errors import UsageError
+from hdprog.errors import BadInputError, UsageError
 from hdprog.inference.fit_loop import QUICK
 from hdprog.physics.parameters import BY_NAME, NAMES
 from hdprog.shipped import shipped
@@ -284,9 +284,20 @@ def test_a_record_from_no_file_is_fitted_and_written(tmp_path: Path) -> None:
     assert outcome.tests[0].test_id == "record"
 
 
-def test_effects_are_refused() -> None:
-    with pytest.raises(UsageError, match="effects: found creep"):
-        fitted(effects=("creep",))
+def test_effects_that_do_not_exist_or_cannot_show_are_refused() -> None:
+    with pytest.raises(UsageError, match="effects: found nosuch, expected ids out of torque"):
+        fitted(effects=("nosuch",))
+    with pytest.raises(BadInputError, match="without output angle"):
+        fitted(effects=("kinematic_error",))
+
+
+@pytest.mark.usefixtures("short")
+def test_an_effect_is_fitted_beside_the_drive_model(tmp_path: Path) -> None:
+    outcome = fitted(effects=("backlash",), quick=True)
+    assert outcome.tests[0].effects == ("backlash",)
+    assert "backlash.play" in outcome.idata.posterior
+    outcome.write(tmp_path / "out")
+    assert summary_of(tmp_path / "out")["tests"][0]["effects"] == ["backlash"]
 
 
 @pytest.mark.usefixtures("short")

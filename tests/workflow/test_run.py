@@ -161,7 +161,7 @@ def test_the_first_limit_comes_before_each(summary: dict[str, Any]) -> None:
 def test_the_written_folder_is_whole(written: Path, outcome: Outcome) -> None:
     names = [p.relative_to(written).as_posix() for p in written.rglob("*") if p.is_file()]
     posteriors = [f"posteriors/{test}.nc" for test in ("t01", "t05", "t10")]
-    assert sorted(names) == sorted(["summary.json", "report.html", *posteriors])
+    assert sorted(names) == sorted(["explain.json", "summary.json", "report.html", *posteriors])
     for test in outcome.tests:
         idata = arviz.from_netcdf(str(written / "posteriors" / f"{test.test_id}.nc"))
         assert idata.posterior.attrs["source_sha256"] == test.loop.sha256
@@ -199,7 +199,8 @@ def test_workers_change_nothing_and_two_tests_run(
         summaries.append(outcome.summary() | {"provenance": None})
     assert summaries[0] == summaries[1]
     assert "With 2 tests the pace of wear still leans on the prior" in outcome.verdict
-    once = [("fits", 1, 2), ("fits", 2, 2), ("trend", 0, 1), ("trend", 1, 1)]
+    once = [("effects", 0, 1), ("effects", 1, 1), ("fits", 1, 2), ("fits", 2, 2)]
+    once += [("trend", 0, 1), ("trend", 1, 1)]
     assert steps == 2 * once
     # A plan this short converges nowhere, and the whole says so.
     assert not outcome.converged
@@ -241,7 +242,7 @@ def test_a_folder_that_cannot_be_used_is_refused_before_any_fit(
     def no_fit(*_: object, **__: object) -> None:
         raise AssertionError("a fit was begun")
 
-    monkeypatch.setattr(workflow, "_fit_tests", no_fit)
+    monkeypatch.setattr(workflow, "close_tests", no_fit)
     folder = subset(tmp_path / "drive", ["t05", "t10"])
     loop = folder / "loops" / "t10.csv"
     text = loop.read_text("utf-8")
@@ -260,7 +261,7 @@ def test_a_horizon_behind_the_last_test_is_refused_before_any_fit(
     def no_fit(*_: object, **__: object) -> None:
         raise AssertionError("a fit was begun")
 
-    monkeypatch.setattr(workflow, "_fit_tests", no_fit)
+    monkeypatch.setattr(workflow, "close_tests", no_fit)
     folder = subset(tmp_path / "drive", ["t10"])
     edit(folder, "horizon_hours = 20000.0", "horizon_hours = 800.0")
     with pytest.raises(BadInputError, match="horizon"):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from hdprog.explanation import DriveExplanation, Explanation
 from hdprog.reporting import outlook
+from hdprog.reporting.effect_words import found_words
 from hdprog.reporting.figures.loop_panel import structure_remains
 from hdprog.reporting.rounding import hours
 from hdprog.reporting.words import listed
@@ -11,7 +13,8 @@ from hdprog.results import DriveResult
 
 def warnings(result: DriveResult) -> list[str]:
     """Warnings of the whole, of the trend and of the tests; equal ones name their tests."""
-    found = list(result.warnings)
+    lacking = None if result.explanation is None else found_words(result.explanation)
+    found = [*([] if lacking is None else [lacking]), *result.warnings]
     if result.provenance.quick:
         found.append(
             "Quick run: fewer draws were made, so that the ends of the intervals are less exact. "
@@ -26,9 +29,11 @@ def warnings(result: DriveResult) -> list[str]:
     if result.trend is not None:
         found += result.trend.warnings
     by_text: dict[str, list[str]] = {}
+    by_test = _explanations(result)
     for test in result.tests:
-        own = list(test.warnings)
-        if structure_remains(test):
+        explanation = by_test.get(test.test_id)
+        own = [*test.warnings, *(() if explanation is None else explanation.warnings)]
+        if structure_remains(test) and not (explanation is not None and explanation.effects):
             own.append(
                 "The residual is more than noise: something acts that the model lacks, and "
                 "figures and forecast may be biased. The intervals are widened by the correlated "
@@ -44,3 +49,13 @@ def warnings(result: DriveResult) -> list[str]:
         else:
             found.append(f"{'Test' if len(tests) == 1 else 'Tests'} {listed(tests)}: {text}")
     return list(dict.fromkeys(found))
+
+
+def _explanations(result: DriveResult) -> dict[str, Explanation]:
+    """Explanation of each test by its name."""
+    found = result.explanation
+    if found is None:
+        return {}
+    if isinstance(found, DriveExplanation):
+        return {test.test_id: test for test in found.tests}
+    return {test.test_id: found for test in result.tests}

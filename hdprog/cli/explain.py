@@ -1,0 +1,69 @@
+"""`hdprog explain`: residual, missing effect, refit, error before and after."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hdprog.cli.common import (
+    AsJson,
+    Columns,
+    DriveFile,
+    Out,
+    Quick,
+    Quiet,
+    Seed,
+    Select,
+    command_line,
+    conclude,
+    output_folder,
+)
+from hdprog.cli.progress import progress
+from hdprog.errors import UsageError
+
+
+def explain(
+    ctx: typer.Context,
+    record: Annotated[
+        Path,
+        typer.Argument(metavar="LOOP|DRIVE_DIR", help="A loop file or a drive folder."),
+    ],
+    drive: DriveFile = None,
+    columns: Columns = None,
+    select: Select = None,
+    out: Out = None,
+    seed: Seed = 0,
+    as_json: AsJson = False,
+    quick: Quick = False,
+    quiet: Quiet = False,
+) -> None:
+    """Trace a residual to the effect that the drive model lacks.
+
+    Refits with the effect and shows the error before and after. The tests of a drive folder are
+    pooled. Writes explain.json, summary.json, report.html and the posteriors.
+    """
+    of_drive = record.is_dir()
+    if of_drive and (drive is not None or columns is not None or select is not None):
+        raise UsageError(
+            "--drive, --columns, --select: found beside a drive folder, whose drive.toml says "
+            "these things. Leave them out, or name a loop file."
+        )
+    folder = output_folder(out, record.resolve().name.split(".")[0])
+    if of_drive:
+        from hdprog import workflow
+
+        with progress(quiet=quiet) as report:
+            result = workflow.explain(record, seed=seed, quick=quick, progress=report)
+    else:
+        from hdprog.config import read_drive
+        from hdprog.data.readers import read_loop
+
+        settings = None if drive is None else read_drive(drive)
+        loop = read_loop(record, columns=columns, select=select, drive=settings)
+        from hdprog import workflow  # slow to import; a bad record is told before
+
+        with progress(quiet=quiet) as report:
+            result = workflow.explain(loop, settings, seed=seed, quick=quick, progress=report)
+    conclude(result, folder, command_line(ctx), as_json=as_json)

@@ -1,0 +1,1 @@
+"""Closing the loop: what the drive model lacks on a measured record."""

@@ -1,0 +1,122 @@
+"""Error on what a fit did not see: whole cycles left out in turn, or contiguous blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdprog.discovery.model import Model
+from hdprog.discovery.residuals import contiguous_folds
+from hdprog.inference.prepare import Prepared
+from hdprog.inference.starting_points import StartingPoint, descend
+from hdprog.physics.parameters import FloatArray
+
+_WHOLE = 0.6  # of the largest swing: a rising branch that begins a cycle
+_FEWEST_CYCLES = 3
+_GROUPS = 30  # of blocks, whose joint density counts: neighbours' errors go together
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """What a model says of the parts it did not see.
+
+    Attributes
+    ----------
+    residual : (samples,) measured angle minus prediction in rad; NaN where set aside
+    log_density : (groups,) log predictive density of groups of neighbouring blocks
+    """
+
+    residual: FloatArray
+    log_density: FloatArray
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square of the residual in rad."""
+        return float(np.sqrt(np.nanmean(self.residual**2)))
+
+
+def sample_folds(prepared: Prepared) -> NDArray[np.intp]:
+    """(samples,) fold of each reading: its cycle where there are three or more, else a tenth."""
+    path = prepared.record_course.path
+    spans = np.abs(np.diff(path.reached, prepend=path.torque[0]))
+    begins = path.starts[path.rising & (spans >= _WHOLE * spans.max())]
+    if begins.size < _FEWEST_CYCLES:
+        return contiguous_folds(len(prepared.loop))
+    places = np.searchsorted(begins, np.arange(len(prepared.loop)), side="right") - 1
+    return np.asarray(np.maximum(places, 0))
+
+
+def held_out(prepared: Prepared, model: Model) -> HeldOut:
+    """Refit a model with each part left out in turn and predict that part.
+
+    The torque of the part stays: the history of the slip needs it.
+    """
+    loop, likelihood = prepared.loop, model.likelihood
+    reduced = likelihood.reduced
+    folds = sample_folds(prepared)
+    middle = np.clip(np.round(reduced.position).astype(int), 0, len(loop) - 1)
+    block_fold = folds[middle]
+    whole = likelihood.at_course(prepared.record_course)
+    features = None if model.term is None else model.term.features(prepared.record_course)
+    residual = np.full(len(loop), np.nan)
+    groups = contiguous_folds(likelihood.blocks, min(_GROUPS, likelihood.blocks))
+    log_density = np.zeros(int(groups.max()) + 1)
+    for fold in np.unique(folds):
+        out = block_fold == fold
+        if not out.any() or out.all():
+            continue
+        masked = replace(likelihood, noise=likelihood.noise.masking(out))
+        start = descend(masked, model.start.point, (4, 8)) or model.start
+        left = reduced.angle - masked.angle(start.point[None, :])[0]
+        offset = masked.offset(left)
+        left = left - offset
+        predicted = whole.angle(start.point[None, :])[0] + offset
+        if features is not None:
+            coefficients = masked.noise.coefficients(left)
+            predicted = predicted + features @ coefficients
+            left = left - masked.noise.block_features @ coefficients
+        seen = (folds == fold) & prepared.kept
+        residual[seen] = (loop.angle - predicted)[seen]
+        predictive = _predictive_covariance(model, likelihood.blocks - int(out.sum()), start)
+        for group in np.unique(groups[out]):
+            here = out & (groups == group)
+            log_density[group] += _log_density(left[here], predictive(here))
+    return HeldOut(residual, log_density)
+
+
+def _predictive_covariance(
+    model: Model, seen: int, start: StartingPoint
+) -> Callable[[NDArray[np.bool_]], FloatArray]:
+    """Covariance of some blocks' angles, the parameters' own included, in rad²."""
+    likelihood = model.likelihood
+    scale = start.variance * likelihood.blocks / max(seen, 1)
+    own = likelihood.noise.covariance
+    if likelihood.noise.features is not None:
+        # The empirical term is predicted; what is left of it is small beside the rest.
+        own = own - likelihood.noise.features @ likelihood.noise.features.T
+    white = replace(likelihood, noise=likelihood.noise.as_white)
+    derivative = white.jacobian(start.point)[1] * likelihood.noise.white_sd[:, None]
+
+    def covariance(here: NDArray[np.bool_]) -> FloatArray:
+        spread = derivative[here] @ start.covariance @ derivative[here].T
+        return np.asarray(scale * own[np.ix_(here, here)] + spread)
+
+    return covariance
+
+
+def _log_density(left: FloatArray, covariance: FloatArray) -> float:
+    factor = np.linalg.cholesky(covariance)
+    white = np.linalg.solve(factor, left)
+    return float(-0.5 * white @ white - np.log(np.diag(factor)).sum())
+
+
+def elpd_difference(after: HeldOut, before: HeldOut) -> tuple[float, float]:
+    """Gain of expected log predictive density and its standard error.
+
+    The error comes from the scatter of the gain over the groups of neighbouring blocks.
+    """
+    gain = after.log_density - before.log_density
+    return float(gain.sum()), float(np.sqrt(gain.size * np.var(gain, ddof=1)))

@@ -1,0 +1,95 @@
+"""A model of one record at its best point, and its evidence.
+
+Laplace's approximation: log Z = log L(x̂) + log prior(x̂) + ½ log |Σ|, with Σ the posterior
+covariance at the mode and the noise's determinant in L. All effects' coordinates have standard
+Gaussian priors, so a parameter that the record says nothing about costs nothing (MacKay,
+Information Theory, Inference and Learning Algorithms, 2003, ch. 28).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from hdprog.inference.likelihood import LoopLikelihood
+from hdprog.inference.prepare import noise_about
+from hdprog.inference.smooth_term import SmoothTerm
+from hdprog.inference.starting_points import StartingPoint, descend
+from hdprog.physics.parameters import FloatArray
+
+CORRELATED_PENALTY = 4.6
+"""Log evidence that the two numbers of the correlated noise must earn (χ² with 2 at 1 %)."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """Drive model, effects and noise on one record.
+
+    Attributes
+    ----------
+    likelihood : with its effects and noise
+    starts : its modes, best first
+    """
+
+    likelihood: LoopLikelihood
+    starts: tuple[StartingPoint, ...]
+
+    @property
+    def start(self) -> StartingPoint:
+        """The best mode."""
+        return self.starts[0]
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Ids of the effects."""
+        return tuple(effect.id for effect in self.likelihood.effects)
+
+    @property
+    def term(self) -> SmoothTerm | None:
+        """The empirical term, if there is one."""
+        return self.likelihood.noise.term
+
+    @cached_property
+    def log_evidence(self) -> float:
+        """Log Z, up to a constant of the record."""
+        return log_evidence(self.likelihood, self.start)
+
+    @cached_property
+    def residual(self) -> FloatArray:
+        """(blocks,) what mechanisms and empirical term leave, mean taken out, in rad."""
+        likelihood = self.likelihood
+        left = likelihood.reduced.angle - likelihood.angle(self.start.point[None, :])[0]
+        left = left - likelihood.offset(left)
+        left = left - likelihood.noise.smooth_part(left)
+        weight = 1 / likelihood.noise.white_sd**2
+        return np.asarray(left - weight @ left / weight.sum())
+
+    @cached_property
+    def misfit(self) -> float:
+        """Sum of squares of the residual over its white noise as declared."""
+        return float(np.sum((self.residual / self.likelihood.noise.white_sd) ** 2))
+
+
+def log_evidence(likelihood: LoopLikelihood, start: StartingPoint) -> float:
+    """Laplace's log evidence of a mode, offset and noise scale integrated out."""
+    noise = likelihood.noise
+    ones = noise.whiten(np.ones((1, likelihood.blocks)))[0]
+    value = -0.5 * start.deviance + 0.5 * np.linalg.slogdet(start.covariance)[1]
+    value -= 0.5 * noise.log_det + 0.5 * np.log(ones @ ones)
+    return float(value - (CORRELATED_PENALTY if noise.log_ratio is not None else 0.0))
+
+
+def settled(likelihood: LoopLikelihood, starts: Sequence[StartingPoint], modes: int = 2) -> Model:
+    """The model with its noise found anew about its best mode."""
+    noise = noise_about(likelihood, starts[0])
+    other = replace(likelihood, noise=noise)
+    known = [descend(other, start.point, (8, 8)) for start in starts[:modes]]
+    found = [start for start in known if start is not None]
+    if not found:
+        return Model(likelihood, tuple(starts))
+    best = Model(other, tuple(sorted(found, key=lambda start: start.deviance)))
+    before = Model(likelihood, tuple(starts))
+    return max((before, best), key=lambda model: model.log_evidence)

@@ -1,0 +1,137 @@
+"""What an empirical smooth term over a coordinate would gain on top of a model.
+
+The model is linearised about its mode; the term's size and smoothness and the noise scale are found
+by maximum marginal likelihood. Everything happens in the space of the columns, a hundred or so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import minimize
+
+from hdprog.discovery.model import Model
+from hdprog.inference.likelihood import LoopLikelihood
+from hdprog.inference.noise import NoiseModel
+from hdprog.inference.smooth_term import FEATURES, LENGTHS, SmoothTerm, basis_of, spectrum
+from hdprog.inference.starting_points import descend
+from hdprog.physics.coordinates import coordinates
+from hdprog.physics.parameters import FloatArray
+
+TERM_PENALTY = 3.0
+"""Log evidence that the term's two numbers must earn."""
+
+
+@dataclass(frozen=True)
+class TermGain:
+    """An empirical term and the log evidence that it gains."""
+
+    term: SmoothTerm
+    gain: float
+    white: bool  # beside white noise; else beside the model's correlated noise
+
+
+class _Columns:
+    """Data d ~ N(0, s² I + G Gᵀ) for columns G that are scaled again and again."""
+
+    def __init__(self, columns: FloatArray, data: FloatArray) -> None:
+        self.gram = columns.T @ columns
+        self.pull = columns.T @ data
+        self.squares = float(data @ data)
+        self.rows = data.size
+
+    def log_marginal(self, weights: FloatArray, log_s: float) -> float:
+        variance = np.exp(2 * log_s)
+        inner = self.gram * np.outer(weights, weights) / variance
+        inner[np.diag_indices_from(inner)] += 1.0
+        try:
+            factor = np.linalg.cholesky(inner)
+        except np.linalg.LinAlgError:
+            return -np.inf
+        solved = np.linalg.solve(factor, weights * self.pull) / variance
+        quadratic = self.squares / variance - solved @ solved
+        log_det = self.rows * np.log(variance) + 2 * np.log(np.diag(factor)).sum()
+        return float(-0.5 * (quadratic + log_det))
+
+
+def term_gains(model: Model) -> Mapping[str, TermGain]:
+    """The best empirical term over each coordinate of the record, by the coordinate's name."""
+    course = model.likelihood.reduced.course
+    found: dict[str, TermGain] = {}
+    white = replace(model.likelihood, noise=NoiseModel.white(model.likelihood.noise.white_sd))
+    choices = [(model.likelihood, 0.0)]
+    if model.likelihood.noise.log_ratio is not None:
+        choices.append((white, _white_loss(model, white)))
+    for name, values in coordinates(course).items():
+        low, high = float(values.min()), float(values.max())
+        basis = basis_of(name, low, high, course)
+        for likelihood, loss in choices:
+            sd, length, gain = _best(likelihood, model, basis)
+            gain -= loss + TERM_PENALTY
+            if name not in found or gain > found[name].gain:
+                term = SmoothTerm(name, low, high, sd, length)
+                found[name] = TermGain(term, gain, likelihood is white)
+    return found
+
+
+def _white_loss(model: Model, white: LoopLikelihood) -> float:
+    """Log evidence lost by taking the correlated noise away from a model."""
+    start = descend(white, model.start.point, (6, 6))
+    if start is None:
+        return np.inf
+    return model.log_evidence - Model(white, (start,)).log_evidence
+
+
+def _best(
+    likelihood: LoopLikelihood, model: Model, basis: FloatArray
+) -> tuple[float, float, float]:
+    """Size, length and gain of log marginal likelihood of the best term in a basis."""
+    residual, derivative = likelihood.jacobian(model.start.point)
+    prior_sd = likelihood.prior_sd
+    data = residual + derivative @ (likelihood.prior_mean - model.start.point)
+    smooth = likelihood.project(basis.T.copy()).T
+    columns = _Columns(np.hstack([derivative * prior_sd, smooth]), data)
+    own = np.ones(prior_sd.size)
+    repeated = basis.shape[1] // FEATURES
+    log_s = 0.5 * np.log(float(residual @ residual) / residual.size)
+
+    def loss_without(x: FloatArray) -> float:
+        return -columns.log_marginal(np.append(own, np.zeros(basis.shape[1])), float(x[0]))
+
+    without = minimize(
+        loss_without,
+        np.array([log_s]),
+        method="Nelder-Mead",
+        options={"maxiter": 15, "xatol": 0.01, "fatol": 0.05},
+    )
+    typical = float(np.median(likelihood.noise.white_sd))
+    best = (0.0, LENGTHS[0], -np.inf)
+    for length in LENGTHS:
+        shape = np.tile(spectrum(length), repeated)
+
+        def loss(x: FloatArray, shape: FloatArray = shape) -> float:
+            size = typical * np.exp(x[1] + x[0])
+            return -columns.log_marginal(np.append(own, size * shape), x[0])
+
+        screened = min((1.5, -0.5), key=lambda log_size: loss(np.array([log_s, log_size])))
+        found = minimize(
+            loss,
+            np.array([log_s, screened]),
+            method="Nelder-Mead",
+            options={"maxiter": 30, "xatol": 0.02, "fatol": 0.05},
+        )
+        if without.fun - found.fun > best[2]:
+            best = (typical * float(np.exp(found.x[1])), length, float(without.fun - found.fun))
+    return best
+
+
+def with_term(model: Model, gain: TermGain) -> Model:
+    """The model with an empirical term, its modes found anew."""
+    likelihood = model.likelihood
+    noise = NoiseModel.white(likelihood.noise.white_sd) if gain.white else likelihood.noise
+    added = replace(likelihood, noise=noise.with_term(gain.term, likelihood.reduced.course))
+    found = [descend(added, start.point, (8, 8)) for start in model.starts[:2]]
+    starts = [start for start in found if start is not None]
+    return Model(added, tuple(sorted(starts, key=lambda start: start.deviance)))

@@ -1,0 +1,170 @@
+"""Make a record ready for its fit: reduce it, set spikes aside, find modes and noise."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdprog.config import Drive
+from hdprog.data.loop import Loop
+from hdprog.data.reduce import MAX_BLOCKS, ReducedLoop, reduce_loop, whole_course
+from hdprog.data.turning_points import turning_points
+from hdprog.inference.likelihood import LoopLikelihood
+from hdprog.inference.measured_noise import block_noise, local_slope, reading_noise, spikes
+from hdprog.inference.noise import NoiseModel, fit_noise
+from hdprog.inference.prior_file import prior_of_drive
+from hdprog.inference.priors import Prior, RecordScales
+from hdprog.inference.starting_points import StartingPoint, starting_points
+from hdprog.physics.course import Course
+from hdprog.physics.figures import Operation
+from hdprog.physics.parameters import FloatArray
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A record ready for its fit.
+
+    Attributes
+    ----------
+    loop, drive, operation : what is fitted, and what its figures refer to
+    likelihood : of the drive model alone, noise white
+    starts : its modes, best first
+    turning_points : indices of the record's first reading, reversals and last reading
+    kept : (samples,) False for readings set aside as spikes
+    record_course : coordinates of the whole record
+    noise_floor : scatter of neighbouring readings about a smooth course, in rad
+    warnings : in words
+    """
+
+    loop: Loop
+    drive: Drive
+    operation: Operation
+    likelihood: LoopLikelihood
+    starts: list[StartingPoint]
+    turning_points: NDArray[np.intp]
+    kept: NDArray[np.bool_]
+    record_course: Course
+    noise_floor: float
+    warnings: tuple[str, ...]
+
+
+def prepare(
+    loop: Loop,
+    drive: Drive,
+    rng: np.random.Generator,
+    *,
+    prior: Prior | None = None,
+    blocks: int = MAX_BLOCKS,
+) -> Prepared:
+    """Reduce a record, set spikes aside and find the modes of the drive model on it.
+
+    Parameters
+    ----------
+    loop : the record
+    drive : its declared constants, prior and noise
+    rng : for the starts of the search
+    prior : overrides the drive's own
+    blocks : aim for the number of blocks
+
+    Raises
+    ------
+    BadInputError
+        if the drive names a prior that does not exist
+    """
+    warnings = list(loop.warnings)
+    if prior is None:
+        prior, remark = prior_of_drive(drive, RecordScales.of(loop.torque, loop.angle))
+        warnings += [remark] if remark else []
+    operation, remark = operation_of(drive, prior, loop)
+    warnings += [remark] if remark else []
+    if not drive.alpha_declared:
+        warnings.append(
+            f"The gear-tooth angle is not declared: {math.degrees(drive.alpha):.0f}° is assumed. "
+            "K_W and mu depend on it; stiffness and width hardly do."
+        )
+    points = turning_points(loop.torque)
+    noise = reading_noise(loop, drive.noise)
+    whole = whole_course(loop, points, noise[0])
+    kept = np.ones(len(loop), dtype=bool)
+    reduced = reduce_loop(loop, points, noise[0], max_blocks=blocks, whole=whole)
+    likelihood = _white(reduced, drive, prior, reduced.angle, noise)
+    starts = starting_points(likelihood, rng)
+    residual = loop.angle - _best_angle(likelihood.at_course(whole), starts[0])
+    spiked = spikes(residual)
+    if spiked.any():
+        kept = ~spiked
+        reduced = reduce_loop(loop, points, noise[0], kept, blocks, whole)
+    fitted = _best_angle(likelihood.at_course(reduced.course), starts[0])
+    likelihood = _white(reduced, drive, prior, fitted, noise)
+    known = [start.point for start in starts]
+    return Prepared(
+        loop=loop,
+        drive=drive,
+        operation=operation,
+        likelihood=likelihood,
+        starts=starting_points(likelihood, rng, starts=3, known=known),
+        turning_points=points,
+        kept=kept,
+        record_course=whole,
+        noise_floor=noise[1],
+        warnings=tuple(warnings),
+    )
+
+
+def operation_of(drive: Drive, prior: Prior, loop: Loop) -> tuple[Operation, str | None]:
+    """The torques that a drive's figures refer to, and a remark where the record must stand in."""
+    largest = float(np.max(np.abs(loop.torque)))
+    rated, remark = drive.rated_torque, None
+    if rated is None:
+        rated = largest
+        remark = (
+            f"The drive's rated torque is not given: figures of merit refer to {largest:.3g} Nm, "
+            "the record's largest torque. Set rated_torque_Nm in drive.toml to compare tests."
+        )
+    reference = drive.reference_torque if drive.reference_torque is not None else rated
+    return Operation(drive.alpha, reference, rated, prior.catalogue_torques), remark
+
+
+def settle_noise(
+    likelihood: LoopLikelihood, starts: list[StartingPoint], rng: np.random.Generator
+) -> tuple[LoopLikelihood, list[StartingPoint]]:
+    """Find the shape of the noise about the best mode; where it is not white, the modes again.
+
+    Returns
+    -------
+    the likelihood with its noise, and its modes, best first
+    """
+    noise = noise_about(likelihood, starts[0])
+    if noise.whitening is None:
+        return likelihood, starts
+    correlated = replace(likelihood, noise=noise)
+    return correlated, starting_points(correlated, rng, known=[start.point for start in starts])
+
+
+def noise_about(likelihood: LoopLikelihood, start: StartingPoint) -> NoiseModel:
+    """Noise model from the residual of a mode, the fitted sensitivities projected out."""
+    white = replace(likelihood, noise=NoiseModel.white(likelihood.noise.white_sd))
+    residual, derivative = white.jacobian(start.point)
+    sd, reduced = likelihood.noise.white_sd, likelihood.reduced
+    position = reduced.time if reduced.time is not None else reduced.position
+    sensitivities = np.hstack([derivative * sd[:, None], np.ones((sd.size, 1))])
+    return fit_noise(residual * sd, sensitivities, sd, position)
+
+
+def _white(
+    reduced: ReducedLoop,
+    drive: Drive,
+    prior: Prior,
+    course: FloatArray,
+    noise: tuple[float, float],
+) -> LoopLikelihood:
+    slope = local_slope(reduced.path.torque, course)
+    sd = block_noise(reduced, slope, *noise)
+    return LoopLikelihood(reduced, prior, drive.alpha, NoiseModel.white(sd))
+
+
+def _best_angle(likelihood: LoopLikelihood, start: StartingPoint) -> FloatArray:
+    return np.asarray(likelihood.angle(start.point[None, :])[0])

@@ -1,0 +1,182 @@
+"""What a fit, an explanation or a run hands back: the result, its posteriors, files to write."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hdprog.atomic import atomic_directory
+from hdprog.errors import UsageError
+from hdprog.explanation import DriveExplanation, ErrorFigures, Explanation, FoundEffect
+from hdprog.inference.posterior import Posterior
+from hdprog.results import DriveResult, Forecast, TestResult, TrendSummary
+
+if TYPE_CHECKING:
+    from arviz import InferenceData
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The result of a fit or a run, with its posteriors.
+
+    Attributes
+    ----------
+    result : numbers ready to be written
+    posteriors : one a test, in the order of `result.tests`
+    single : a fit of one loop, not a drive's run
+    """
+
+    result: DriveResult
+    posteriors: tuple[Posterior, ...]
+    single: bool
+
+    @property
+    def tests(self) -> tuple[TestResult, ...]:
+        """Results of the tests, by service hours."""
+        return self.result.tests
+
+    @property
+    def trend(self) -> TrendSummary | None:
+        """The trend over service hours; None for a single fit."""
+        return self.result.trend
+
+    @property
+    def forecasts(self) -> tuple[Forecast, ...]:
+        """First crossing of each limit, then of the first of them."""
+        return self.result.forecasts
+
+    @property
+    def converged(self) -> bool:
+        """Whether every fit and the trend converged."""
+        return self.result.converged
+
+    @property
+    def sentence(self) -> str:
+        """The outcome in plain words."""
+        from hdprog.reporting.verdict import verdict
+
+        return verdict(self.result).text
+
+    @property
+    def verdict(self) -> str:
+        """The outcome in plain words."""
+        return self.sentence
+
+    def document(self) -> dict[str, Any]:
+        """What a command prints as JSON: the summary."""
+        return self.summary()
+
+    @cached_property
+    def idata(self) -> InferenceData:
+        """Draws of a single fit as an ArviZ InferenceData.
+
+        Raises
+        ------
+        UsageError
+            for a run over several tests, where `idata_of` takes a test's name
+        """
+        if len(self.posteriors) != 1:
+            raise UsageError("idata: this result has several tests; use idata_of(test_id)")
+        return self.idata_of(self.tests[0].test_id)
+
+    def idata_of(self, test_id: str) -> InferenceData:
+        """Draws of one test as an ArviZ InferenceData."""
+        from hdprog.inference.inference_data import inference_data
+
+        names = [test.test_id for test in self.tests]
+        if test_id not in names:
+            raise UsageError(f"idata_of: found {test_id!r}, expected one of {', '.join(names)}")
+        posterior = self.posteriors[names.index(test_id)]
+        provenance = self.result.provenance
+        attributes = {
+            "hdprog_version": provenance.hdprog_version,
+            "seed": "not recorded" if provenance.seed is None else provenance.seed,
+            "command": provenance.command,
+            "source_file": posterior.loop.source,
+            "source_sha256": posterior.loop.sha256,
+        }
+        rng = np.random.default_rng(provenance.seed or 0)  # of prior and predictive draws only
+        return inference_data(posterior, rng, attributes)
+
+    def summary(self) -> dict[str, Any]:
+        """Content of summary.json (schema hdprog.summary/1)."""
+        from hdprog.reporting.summary import summary_json
+
+        return summary_json(self.result)
+
+    def write(self, out: str | Path, command: str = "Python API") -> None:
+        """Write the JSON files, report.html and the posteriors, whole or not at all."""
+        from dataclasses import replace
+
+        from hdprog.reporting.build import build_report
+        from hdprog.reporting.explain_json import explain_json
+
+        provenance = replace(self.result.provenance, command=command)
+        stamped = replace(self, result=replace(self.result, provenance=provenance))
+        with atomic_directory(Path(out)) as folder:
+            summary = json.dumps(stamped.summary(), indent=1, allow_nan=False)
+            (folder / "summary.json").write_text(summary + "\n", "utf-8")
+            (folder / "report.html").write_text(
+                build_report(stamped.result, self.posteriors[0].prior.catalogue), "utf-8"
+            )
+            if self.result.explanation is not None:
+                explained = json.dumps(explain_json(stamped.result), indent=1, allow_nan=False)
+                (folder / "explain.json").write_text(explained + "\n", "utf-8")
+            if not self.single:
+                (folder / "posteriors").mkdir()
+            for test in self.tests:
+                name = "posterior.nc" if self.single else f"posteriors/{test.test_id}.nc"
+                stamped.idata_of(test.test_id).to_netcdf(
+                    str(folder / name), engine="h5netcdf", compress=False
+                )
+
+
+@dataclass(frozen=True)
+class ExplainOutcome(Outcome):
+    """The result of closing the loop on a record or a drive."""
+
+    @property
+    def explanation(self) -> Explanation | DriveExplanation:
+        """Everything that was found."""
+        assert self.result.explanation is not None
+        return self.result.explanation
+
+    @property
+    def verdict(self) -> str:
+        """One of adequate, explained, partly_explained and unexplained."""
+        return self.explanation.verdict
+
+    @property
+    def effects(self) -> tuple[FoundEffect, ...]:
+        """Effects that were added, the one that carries most first."""
+        return self.explanation.effects
+
+    @property
+    def before(self) -> ErrorFigures:
+        """Error of the drive model alone, pooled over the tests of a drive."""
+        return self._errors(lambda one: one.before)
+
+    @property
+    def after(self) -> ErrorFigures:
+        """Error with the effects."""
+        return self._errors(lambda one: one.after)
+
+    def document(self) -> dict[str, Any]:
+        """Content of explain.json (schema hdprog.explain/1)."""
+        from hdprog.reporting.explain_json import explain_json
+
+        return explain_json(self.result)
+
+    def _errors(self, which: Callable[[Explanation], ErrorFigures]) -> ErrorFigures:
+        from hdprog.reporting.pooled import pooled_errors
+
+        explanation = self.explanation
+        if isinstance(explanation, Explanation):
+            return which(explanation)
+        return pooled_errors(explanation.tests, which)

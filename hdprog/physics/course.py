@@ -1,0 +1,93 @@
+"""What happened along a record, as effects beside the drive model see it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hdprog.physics.parameters import FloatArray
+from hdprog.physics.torque_path import TorquePath
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Scales of a record that the priors of effects are centred on.
+
+    Attributes
+    ----------
+    torque : largest torque in Nm
+    angle : half the range of the torsion angle in rad
+    rate : largest loading rate in Nm/s; None for an untimed record
+    duration : in s; None for an untimed record
+    sweep : range of the absolute output position in rad; None where it was not recorded
+    readings : number of values along the record, which bounds what frequency can be seen
+    """
+
+    torque: float
+    angle: float
+    rate: float | None
+    duration: float | None
+    sweep: float | None
+    readings: int
+
+
+@dataclass(frozen=True)
+class Course:
+    """A record's coordinates in the order of recording, (samples,) each.
+
+    Attributes
+    ----------
+    path : torque history
+    order : place in the record, from 0 to 1
+    time : in s from the record's start, or None
+    rate : loading rate dT/dt from a denoised torque in Nm/s, or None
+    temperature : in °C, or None
+    output_angle : absolute output position in rad, or None
+    scales : of the record
+    """
+
+    path: TorquePath
+    order: FloatArray
+    time: FloatArray | None
+    rate: FloatArray | None
+    temperature: FloatArray | None
+    output_angle: FloatArray | None
+    scales: Scales
+
+    @property
+    def load(self) -> FloatArray:
+        """(samples,) torque over the record's largest."""
+        return self.path.torque / self.scales.torque
+
+    @property
+    def clock(self) -> FloatArray:
+        """(samples,) time from 0 to 1 over the record; the order where it is untimed."""
+        if self.time is None or self.scales.duration is None:
+            return self.order
+        return self.time / self.scales.duration
+
+    @property
+    def turned_at(self) -> FloatArray:
+        """(samples,) torque at the last reversal (or at the record's start) in Nm."""
+        before = np.concatenate([self.path.torque[:1], self.path.reached[:-1]])
+        return np.repeat(before, self.path.ends - self.path.starts)
+
+    @property
+    def travel(self) -> FloatArray:
+        """(samples,) torque travelled since the last reversal in Nm."""
+        return np.maximum((self.path.torque - self.turned_at) * self.path.direction, 0.0)
+
+    def corrected(self, error: FloatArray, error_reached: FloatArray) -> TorquePath:
+        """The torque path with an error of the torque sensor taken out.
+
+        Parameters
+        ----------
+        error : (draws, samples) in Nm
+        error_reached : (draws, stretches) at the stretches' ends in Nm
+        """
+        return replace(
+            self.path,
+            torque=self.path.torque - error,
+            reversal_torque=self.path.reached - error_reached,
+        )

@@ -1,0 +1,52 @@
+"""Interpolation error of the angle encoder: periodic in the torsion angle itself."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hdprog.physics.course import Course, Scales
+from hdprog.physics.effects.base import Effect, EffectParameter, Values, signed_amplitude
+from hdprog.physics.parameters import FloatArray
+
+
+class AngleRipple(Effect):
+    """Two harmonics of the torsion angle with period p.
+
+    A function of the model's angle: the measured one carries the ripple and its noise.
+    """
+
+    id = "angle_ripple"
+    words = "ripple of the angle encoder: periodic in the torsion angle"
+    advice = (
+        "Align or recalibrate the encoder (offset, gain and phase of its two signals); the drive "
+        "is not at fault."
+    )
+
+    def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
+        """Period in rad, amplitudes in rad."""
+        extent = 2 * scales.angle
+        cycles = EffectParameter(
+            "cycles",
+            "per rad",
+            "periods in a radian of torsion",
+            "between",
+            1.2 / extent,
+            max(3.0, min(40.0, scales.readings / 10)) / extent,
+        )
+        most = max(3.0, min(40.0, scales.readings / 10))
+        return (
+            cycles.gridded(np.arange(1.5, most, 0.25) / extent),
+            signed_amplitude("sine", "of the ripple", scales),
+            signed_amplitude("cosine", "of the ripple", scales),
+            signed_amplitude("second_sine", "of the second harmonic", scales),
+            signed_amplitude("second_cosine", "of the second harmonic", scales),
+        )
+
+    def evaluate(self, course: Course, values: Values, angle: FloatArray) -> FloatArray:
+        """See `Effect.evaluate`."""
+        phase = 2 * np.pi * values["cycles"] * angle
+        sine, cosine = np.sin(phase), np.cos(phase)
+        total = values["sine"] * sine + values["cosine"] * cosine
+        total += values["second_sine"] * 2 * sine * cosine
+        total += values["second_cosine"] * (1 - 2 * sine**2)
+        return np.asarray(total)

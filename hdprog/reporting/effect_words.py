@@ -1,0 +1,240 @@
+"""What was traced beside the drive model, in words: names, coordinates, findings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdprog.explanation import (
+    UNKNOWN,
+    Carrier,
+    DriveExplanation,
+    Explanation,
+    FoundEffect,
+    ResidualCourse,
+)
+from hdprog.physics.figures import ARCMIN_PER_RAD
+from hdprog.physics.parameters import FloatArray
+from hdprog.reporting.pooled import pooled_carriers, pooled_errors, root_mean_square
+from hdprog.reporting.rounding import hours, hours_up, rounded, significant, without_unit
+from hdprog.reporting.words import listed, spoken, with_unit
+
+NO_MECHANISM = "something that no known mechanism describes"
+SIGNIFICANT = 0.05
+"""Largest p-value at which a coordinate is said to carry the residual."""
+_MICRO = 1e6
+_WIDE = 0.6  # part of a coordinate's span from which an unknown term lies "over the whole range"
+_HAS_BRANCHES = ("torque", "branch", "angle", "output_angle", "distance_since_reversal")
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A coordinate in words: its name, the unit that it is shown in, and that unit per SI unit."""
+
+    name: str
+    unit: str
+    factor: float = 1.0
+
+    @property
+    def axis(self) -> str:
+        """Label of an axis."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+
+_COORDINATES: Mapping[str, Coordinate] = {
+    "time": Coordinate("time", "s"),
+    "torque": Coordinate("torque", "Nm"),
+    "angle": Coordinate("torsion angle", "arcmin", ARCMIN_PER_RAD),
+    "rate": Coordinate("loading rate", "Nm/s"),
+    "temperature": Coordinate("temperature", "°C"),
+    "output_angle": Coordinate("output angle", "°", 180.0 / np.pi),
+    "branch": Coordinate("torque, each direction by itself", "Nm"),
+    "distance_since_reversal": Coordinate("torque since the last reversal", "Nm"),
+    "time_since_reversal": Coordinate("time since the last reversal", "s"),
+    "order": Coordinate("the order of the readings", ""),
+}
+
+
+def coordinate(name: str) -> Coordinate:
+    """Coordinate in words; one that is not known keeps its name and has no unit."""
+    return _COORDINATES.get(name, Coordinate(spoken(name), ""))
+
+
+def effect_name(identifier: str) -> str:
+    """Name of an effect for running text; the empirical term is no effect and says so."""
+    return "an unknown effect" if identifier == UNKNOWN else spoken(identifier)
+
+
+def effect_words(effect: FoundEffect) -> str:
+    """Name of an effect and what it is: "creep (the angle keeps growing under load)"."""
+    if effect.id == UNKNOWN:
+        return NO_MECHANISM
+    return f"{effect_name(effect.id)} ({effect.words.rstrip('.')})"
+
+
+def mechanisms(effects: Sequence[FoundEffect]) -> list[FoundEffect]:
+    """Effects that are known mechanisms."""
+    return [effect for effect in effects if effect.id != UNKNOWN]
+
+
+def unknown_term(effects: Sequence[FoundEffect]) -> FoundEffect | None:
+    """Find the empirical term among the effects; None without one."""
+    return next((effect for effect in effects if effect.id == UNKNOWN), None)
+
+
+def micro(value: float | None) -> str:
+    """Angle in rad as µrad, without the unit; an en dash for none."""
+    return significant(None if value is None else _MICRO * value, 2)
+
+
+def error_words(before: float, after: float, floor: float) -> str:
+    """Error (rad) before and after against the noise floor: "31 → 7.1 µrad (…)"."""
+    said = with_unit(f"{micro(before)} → {micro(after)}", "µrad")
+    return f"{said} (noise floor {with_unit(micro(floor), 'µrad')})"
+
+
+def carrier(carried_by: Sequence[Carrier]) -> Carrier | None:
+    """Coordinate that carries the residual most, None where none does."""
+    found = [c for c in carried_by if c.fraction > 0 and c.p_value <= SIGNIFICANT]
+    return max(found, key=lambda c: c.fraction, default=None)
+
+
+def along(course: ResidualCourse, name: str) -> FloatArray | None:
+    """Values (blocks,) of a coordinate in SI; None where the course has none.
+
+    Torque stands for the branch, whose two directions are told apart when they are drawn.
+    """
+    if name in ("torque", "branch"):
+        return course.torque
+    return course.coordinates.get(name)
+
+
+def unknown_place(course: ResidualCourse, name: str) -> str:
+    """Where an unknown term is at work: "over torque between 18 and 26 Nm on both branches".
+
+    The place is that where the term is more than half as far from its median as it ever gets.
+    """
+    at = along(course, name)
+    said = coordinate("torque" if name == "branch" else name)
+    if course.unknown is None or at is None:
+        return f"over {said.name}"
+    away = np.abs(course.unknown - np.median(course.unknown))
+    inside = away >= 0.5 * away.max()
+    low, high = said.factor * float(at[inside].min()), said.factor * float(at[inside].max())
+    span = said.factor * float(np.ptp(at))
+    if high - low > _WIDE * span:
+        return f"over the whole range of {said.name}"
+    step = 0.1 * span
+    place = f"between {rounded(low, step)} and {with_unit(rounded(high, step), said.unit)}"
+    return f"over {said.name} {place}{_branches(course, inside, name)}"
+
+
+def _branches(course: ResidualCourse, inside: np.ndarray, name: str) -> str:
+    if name not in _HAS_BRANCHES:
+        return ""
+    rising = float(np.mean(course.rising[inside] > 0))
+    if rising > 0.9:
+        return " while torque rises"
+    return " while torque falls" if rising < 0.1 else " on both branches"
+
+
+def last_with(tests: Sequence[Explanation], identifier: str) -> Explanation | None:
+    """Find the last test that carries an effect; None without one."""
+    found = [test for test in tests if any(e.id == identifier for e in test.effects)]
+    return found[-1] if found else None
+
+
+def place_of_unknown(explanation: Explanation | DriveExplanation) -> str:
+    """Where the unknown term is at work, in the last test that carries it."""
+    tests = explanation.tests if isinstance(explanation, DriveExplanation) else (explanation,)
+    test = last_with(tests, UNKNOWN)
+    term = unknown_term((test or explanation).effects)
+    if test is None or term is None or term.coordinate is None:
+        return "in the record"
+    return unknown_place(test.course, term.coordinate)
+
+
+def found_words(explanation: Explanation | DriveExplanation) -> str | None:
+    """Warning that the drive model lacks something; None where nothing was added."""
+    known, unknown = mechanisms(explanation.effects), unknown_term(explanation.effects)
+    said = []
+    if known:
+        noun = "An effect" if len(known) == 1 else "Effects"
+        verb = "was" if len(known) == 1 else "were"
+        named = listed(effect_words(effect) for effect in known)
+        said.append(f"{noun} outside the drive model {verb} found: {named}.")
+    if unknown is not None:
+        rest = "More structure" if known else "Structure"
+        said.append(
+            f"{rest} remains {place_of_unknown(explanation)}, which is none of the known effects: "
+            "what rests on this model may be biased, a forecast too."
+        )
+    return " ".join(said) or None
+
+
+def remaining_cells(levels: Mapping[float, float | None]) -> tuple[str, str, str]:
+    """Hours left at 5, 50 and 95 %, rounded by their spread; "later" past the horizon."""
+    early, middle, late = (levels.get(level) for level in (0.05, 0.50, 0.95))
+    inside = [value for value in (early, middle, late) if value is not None]
+    spread = max((inside[-1] - inside[0]) / 2.0, 1.0) if inside else 1.0
+    return (
+        "later" if early is None else hours(early, spread),
+        "later" if middle is None else hours(middle, spread),
+        "later" if late is None else hours_up(late, spread),
+    )
+
+
+def remaining_words(levels: Mapping[float, float | None]) -> str:
+    """Hours left between 5 and 95 %: "1 200 to 1 900 h", or "later than the horizon"."""
+    early, _, late = remaining_cells(levels)
+    if early == "later":
+        return "later than the horizon"
+    if late == "later":
+        return f"{early} to later than the horizon"
+    return f"{without_unit(early)} to {late}"
+
+
+def errors(explanation: Explanation | DriveExplanation) -> tuple[float, float, float]:
+    """Error before, error after and noise floor in rad, of a drive pooled over its tests."""
+    if isinstance(explanation, DriveExplanation):
+        tests = explanation.tests
+        return (
+            pooled_errors(tests, lambda test: test.before).rmse_rad,
+            pooled_errors(tests, lambda test: test.after).rmse_rad,
+            root_mean_square(test.noise_floor_rad for test in tests) or 0.0,
+        )
+    return explanation.before.rmse_rad, explanation.after.rmse_rad, explanation.noise_floor_rad
+
+
+def carriers(explanation: Explanation | DriveExplanation) -> tuple[Carrier, ...]:
+    """Carriers of the residual, of a drive pooled over its tests."""
+    if isinstance(explanation, DriveExplanation):
+        return pooled_carriers(explanation.tests)
+    return explanation.carried_by
+
+
+def traced_sentences(explanation: Explanation | DriveExplanation) -> list[str]:
+    """Sentences for the verdict: what was added, what it did, and what stays open."""
+    if not explanation.effects:
+        return []
+    most = carrier(carriers(explanation))
+    lead = "The drive model alone leaves structure"
+    if most is not None:
+        lead = f"The residual of the drive model follows {coordinate(most.coordinate).name}"
+    names = listed(effect_name(effect.id) for effect in explanation.effects)
+    said = [f"{lead}; with {names} the error goes {error_words(*errors(explanation))}."]
+    if unknown_term(explanation.effects) is not None:
+        said.append(
+            f"Something acts {place_of_unknown(explanation)} that is none of the known effects: "
+            "what is said here may be biased by it."
+        )
+    if isinstance(explanation, DriveExplanation):
+        old, new = explanation.remaining_hours_before, explanation.remaining_hours_after
+        if old is not None and new is not None:
+            said.append(
+                f"Remaining life (90 %) moves from {remaining_words(old)} without to "
+                f"{remaining_words(new)} with it."
+            )
+    return said

@@ -1,0 +1,91 @@
+"""How large an effect is over service hours: whether it grows as the drive wears."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+
+from hdprog.explanation import FoundEffect
+from hdprog.physics.parameters import FloatArray
+from hdprog.reporting.axes import THOUSANDS, hour_axis
+from hdprog.reporting.effect_words import effect_name, micro
+from hdprog.reporting.geometry import MICRORADIAN
+from hdprog.reporting.rounding import hours
+from hdprog.reporting.style import FIT, MEASURED, MUTED, Picture, new_figure, picture
+from hdprog.reporting.words import capital, with_unit
+
+_ACTION = {
+    "wear": "count it with the wear: watch it in the next tests.",
+    "rig": "look for it in the rig and its mounting, not in the drive.",
+    "unclear": "test again: more service hours between tests show whether it grows.",
+}
+
+
+def effect_over_hours(effect: FoundEffect, amplitude: FloatArray) -> Picture:
+    """Angle that an effect moves in every test, with its interval.
+
+    Parameters
+    ----------
+    effect : with its origin
+    amplitude : (tests, 4) service hours and 5 %, 50 %, 95 % of the angle that it moves (root mean
+        square over the record, in rad); zeros where a test does not carry it
+    """
+    at, low, middle, high = amplitude.T * np.array([[1.0]] + 3 * [[MICRORADIAN]])
+    carried = high > 0
+    figure = new_figure(7.6, 2.9)
+    axes = figure.add_axes((0.095, 0.27, 0.885, 0.69))
+    span = float(np.ptp(at)) or 1.0
+    hour_axis(axes, float(at.min()) - 0.04 * span, float(at.max()) + 0.04 * span)
+    axes.set_ylim(0.0, 1.12 * float(high.max()) or 1.0)
+    axes.yaxis.set_major_locator(MaxNLocator(5))
+    axes.yaxis.set_major_formatter(THOUSANDS)
+    axes.set_ylabel("angle moved [µrad]")
+    axes.plot(at, middle, color=MUTED, linewidth=0.9, linestyle=":")
+    axes.errorbar(
+        at[carried],
+        middle[carried],
+        yerr=np.array([middle - low, high - middle])[:, carried],
+        fmt="o",
+        color=FIT,
+        markersize=5.5,
+        capsize=3,
+        linewidth=1.4,
+        label="in this test: median, 5 to 95 %",
+    )
+    if not carried.all():
+        axes.plot(
+            at[~carried],
+            middle[~carried],
+            "o",
+            color=MEASURED,
+            markerfacecolor="white",
+            markersize=5.5,
+            clip_on=False,
+            zorder=3,
+            label="not found in this test",
+        )
+    axes.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.19), ncols=2, columnspacing=1.6)
+    return picture(
+        figure,
+        alt=_alt(effect, at, middle, carried),
+        shows="How far the effect moves the angle in each test (root mean square over the record),"
+        " over service hours.",
+        good="points that stay level: a steady trait of the rig, which does not wear the drive.",
+        bad="points that rise from test to test: the drive itself is changing.",
+        action=_ACTION.get(effect.origin or "unclear", _ACTION["unclear"]),
+    )
+
+
+def _alt(effect: FoundEffect, at: FloatArray, middle: FloatArray, carried: FloatArray) -> str:
+    name = capital(effect_name(effect.id))
+    found = np.flatnonzero(carried)
+    if found.size == 0:
+        return f"{name} is found in no single test; only all of them together show it."
+    count = f"{found.size} of {carried.size} tests"
+    first, last = (
+        f"{with_unit(micro(middle[i] / MICRORADIAN), 'µrad')} at {hours(float(at[i]))}"
+        for i in (found[0], found[-1])
+    )
+    if found.size == 1:
+        return f"{name} is found in {count}: it moves the angle by {first}."
+    return f"{name} is found in {count}: it moves the angle by {first} and by {last}."

@@ -1,0 +1,179 @@
+"""The residual of one record before and after effects were added, on one scale."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from hdprog.explanation import Explanation, ResidualCourse
+from hdprog.physics.parameters import FloatArray
+from hdprog.reporting.effect_words import (
+    Coordinate,
+    effect_name,
+    mechanisms,
+    micro,
+    unknown_term,
+)
+from hdprog.reporting.figures.residual_strip import (
+    ADDED,
+    FALLING,
+    RISING,
+    SCATTERED,
+    coordinate_values,
+    draw_line,
+    draw_residual,
+    format_axes,
+    residual_height,
+    shown_coordinate,
+)
+from hdprog.reporting.geometry import MICRORADIAN
+from hdprog.reporting.style import MEASURED, MUTED, Picture, new_figure, picture
+from hdprog.reporting.words import listed
+
+_TOP, _BOTTOM, _STRIP, _GAP = 0.32, 0.62, 1.5, 0.34  # inches
+_WIDTH = 7.6
+
+
+def residual_before_after(explanation: Explanation) -> Picture:
+    """Residual over the coordinate that carries it, before and after, and what was added.
+
+    Where nothing was added there is one strip only.
+    """
+    course, effects = explanation.course, explanation.effects
+    name = shown_coordinate(explanation)
+    along, said = coordinate_values(course, name)
+    known = mechanisms(effects)
+    strips = 1 if not effects else 3 if known else 2
+    height = _TOP + _BOTTOM + strips * _STRIP + (strips - 1) * _GAP
+    figure = new_figure(_WIDTH, height)
+    axes = []
+    for index in range(strips):
+        bottom = height - _TOP - (index + 1) * _STRIP - index * _GAP
+        place = (0.095, bottom / height, 0.885, _STRIP / height)
+        axes.append(figure.add_axes(place))
+    top = residual_height(course)
+    floor = f"noise floor {micro(explanation.noise_floor_rad)} µrad"
+    before = f"error {micro(explanation.before.rmse_rad)} µrad, {floor}"
+    axes[0].set_title(f"The drive model alone: {before}")
+    draw_residual(axes[0], course, along, MICRORADIAN * course.before, top)
+    if effects:
+        names = listed(effect_name(effect.id) for effect in effects)
+        draw_line(axes[0], course, along, MICRORADIAN * (course.before - course.after), name)
+        axes[1].set_title(f"With {names}: error {micro(explanation.after.rmse_rad)} µrad")
+        draw_residual(axes[1], course, along, MICRORADIAN * course.after, top)
+    if known:
+        names = listed(effect_name(effect.id) for effect in known)
+        moved = mechanism_course(course)
+        size = micro(float(np.sqrt(np.mean(moved**2))))
+        axes[2].set_title(f"What {names} adds to the angle: {size} µrad (root mean square)")
+        draw_line(axes[2], course, along, MICRORADIAN * moved, name)
+        axes[2].axhline(0, color=MUTED, linewidth=0.7)
+        axes[2].set_ylabel("angle [µrad]")
+    _finish(axes, along, said, name)
+    return picture(
+        figure,
+        alt=error_alt(explanation),
+        shows=_shows(explanation, said),
+        good=_good(explanation),
+        bad="points that leave the band together, or a pattern that rising and falling torque"
+        " share: then something still acts that is not in the model.",
+        action=residual_action(explanation),
+    )
+
+
+def mechanism_course(course: ResidualCourse) -> FloatArray:
+    """What the known mechanisms add to the angle in rad, (blocks,), without the unknown term."""
+    if course.unknown is None:
+        return course.added
+    return np.asarray(course.added - (course.unknown - course.unknown.mean()))
+
+
+def _finish(axes: list[Axes], along: FloatArray, said: Coordinate, name: str) -> None:
+    """Share the axis of the coordinate and put one legend below."""
+    for strip in axes:
+        format_axes(strip, along, 8)
+        strip.tick_params(labelbottom=strip is axes[-1])
+        strip.yaxis.set_label_coords(-0.073, 0.5)
+    axes[-1].set_xlabel(said.axis, labelpad=1)
+    _legend(axes, name)
+
+
+def _legend(axes: list[Axes], name: str) -> None:
+    last = axes[-1]
+    handles: list[Any] = [
+        *last.plot([], [], "o", color=RISING, markersize=4.5, label="torque rises"),
+        *last.plot(
+            [], [], "v", color=FALLING, markerfacecolor="w", markersize=4.5, label="torque falls"
+        ),
+        last.fill_between([], [], color=MUTED, alpha=0.22, label="noise, 95 %"),
+    ]
+    if len(axes) > 1:
+        style: dict[str, Any] = {"linestyle": "-"}
+        if name in SCATTERED:
+            style = {"marker": ".", "linestyle": "none"}
+        label = "effect of what was added (dashed: torque falls)"
+        handles += last.plot([], [], color=ADDED, label=label, **style)
+    last.legend(
+        handles=handles,
+        loc="upper left",
+        bbox_to_anchor=(-0.02, -0.22),
+        ncols=4,
+        columnspacing=1.4,
+        labelcolor=MEASURED,
+    )
+
+
+def _shows(explanation: Explanation, said: Coordinate) -> str:
+    text = (
+        f"Measured minus fitted angle over {said.name}. Filled circles: torque rises; open"
+        " triangles: torque falls; grey band: noise of a point (± 2 standard deviations)."
+    )
+    if not explanation.effects:
+        return text
+    text += (
+        " Above: the drive model alone, its parameters fitted as well as they go; the line is what"
+        " changes in the fit when the effect is added. Next, on the same scale: what is left then."
+    )
+    if mechanisms(explanation.effects):
+        text += (
+            " Below, on its own scale: the effect by itself. Where it is larger than the residual"
+            " above, the drive model had hidden the rest of it in wrong parameters."
+        )
+    return text
+
+
+def _good(explanation: Explanation) -> str:
+    lead = "with what was added, " if explanation.effects else ""
+    return f"{lead}the points fill the grey band evenly, on both branches."
+
+
+def error_alt(explanation: Explanation) -> str:
+    """Say what a record's error was before and is after."""
+    floor = explanation.noise_floor_rad
+    before, after = explanation.before.rmse_rad, explanation.after.rmse_rad
+    if not explanation.effects:
+        return (
+            f"Test {explanation.test_id}: the drive model alone leaves {micro(before)} µrad; "
+            f"the noise floor is {micro(floor)} µrad."
+        )
+    names = listed(effect_name(effect.id) for effect in explanation.effects)
+    return (
+        f"Test {explanation.test_id}: with {names} the error goes from {micro(before)} to "
+        f"{micro(after)} µrad; the noise floor is {micro(floor)} µrad."
+    )
+
+
+def residual_action(explanation: Explanation) -> str:
+    """Say what to do about what is left."""
+    if not explanation.converged:
+        return "do not act on this yet: a fit did not converge; run it again with more draws."
+    if not explanation.effects:
+        return "nothing."
+    if unknown_term(explanation.effects) is not None:
+        return (
+            "take the part that no mechanism describes for what it is: look in the rig for what "
+            "happens there, and repeat the record."
+        )
+    return "follow the advice on each effect."

@@ -1,0 +1,285 @@
+"""What the model lacked: which effect was traced, the error before and after, and the bias."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hdprog.explanation import UNKNOWN, DriveExplanation, Explanation, FoundEffect
+from hdprog.reporting.bias import shifts
+from hdprog.reporting.effect_words import (
+    carrier,
+    carriers,
+    coordinate,
+    effect_name,
+    effect_words,
+    error_words,
+    errors,
+    mechanisms,
+    micro,
+    place_of_unknown,
+    remaining_words,
+    unknown_term,
+)
+from hdprog.reporting.figures.effect_over_hours import effect_over_hours
+from hdprog.reporting.figures.residual_before_after import residual_before_after
+from hdprog.reporting.figures.residual_pair import residual_pair
+from hdprog.reporting.figures.residual_strip import residual_height
+from hdprog.reporting.figures.unknown_course import unknown_course
+from hdprog.reporting.rounding import THIN_SPACE, grouped, rounded
+from hdprog.reporting.sections import effects_drive_tables as drive_tables
+from hdprog.reporting.sections import effects_tables as tables
+from hdprog.reporting.sections.table import Table
+from hdprog.reporting.style import Picture
+from hdprog.reporting.words import capital, counted, listed, parameter_name, tidy
+
+TITLE = "What the drive model lacked"
+_FAR = 2.0  # standard deviations from which a shift is told in a sentence
+_ORIGINS = {
+    "wear": "It grows with service hours, as wear does and a fault of the rig does not: it "
+    "belongs to the drive.",
+    "rig": "Its size does not follow service hours: it belongs to the rig or the mounting and says "
+    "nothing of the drive's wear.",
+    "unclear": "Whether it belongs to the rig or to wear cannot be told from these tests.",
+}
+
+
+@dataclass(frozen=True)
+class Part:
+    """A heading (or none) with what stands below it, in this order."""
+
+    title: str = ""
+    paragraphs: tuple[str, ...] = ()
+    pictures: tuple[Picture, ...] = ()
+    tables: tuple[Table, ...] = ()
+
+
+@dataclass(frozen=True)
+class Section:
+    """The finding in one sentence, and the parts that show it; `doubtful` did not converge."""
+
+    title: str
+    lead: str
+    doubtful: bool
+    parts: tuple[Part, ...]
+
+
+def effects(explanation: Explanation | DriveExplanation | None) -> Section | None:
+    """Section of a record's or a drive's explanation; None where effects were not looked for.
+
+    To be called under `house_style`, as pictures are drawn.
+    """
+    if explanation is None:
+        return None
+    if isinstance(explanation, DriveExplanation):
+        doubtful = not all(test.converged for test in explanation.tests)
+        return Section(TITLE, drive_lead(explanation), doubtful, _drive(explanation))
+    doubtful = not explanation.converged
+    return Section(TITLE, record_lead(explanation), doubtful, _record(explanation))
+
+
+def record_lead(found: Explanation) -> str:
+    """Verdict on one record in one sentence, with its errors."""
+    if found.verdict == "adequate":
+        return (
+            "The drive model explains this record down to its noise: nothing was added. Error "
+            f"{micro(found.before.rmse_rad)}{THIN_SPACE}µrad, noise floor "
+            f"{micro(found.noise_floor_rad)}{THIN_SPACE}µrad."
+        )
+    return f"{_found(found, 'this record')} Error {error_words(*errors(found))}."
+
+
+def drive_lead(found: DriveExplanation) -> str:
+    """Verdict on a drive's tests in one sentence, with the errors pooled over them."""
+    if found.verdict == "adequate":
+        return (
+            f"The drive model explains all {len(found.tests)} tests down to their noise: nothing "
+            "was added."
+        )
+    with_effects = sum(bool(test.effects) for test in found.tests)
+    where = f"{with_effects} of {counted(len(found.tests), 'test')}"
+    return f"{_found(found, where)} Error over all tests {error_words(*errors(found))}."
+
+
+def _found(found: Explanation | DriveExplanation, where: str) -> str:
+    known, unknown = mechanisms(found.effects), unknown_term(found.effects)
+    named = listed(effect_words(effect) for effect in known)
+    place = "" if unknown is None else place_of_unknown(found)
+    if unknown is None:
+        return f"The drive model alone does not explain {where}; {named} does."
+    if known:
+        return (
+            f"The drive model alone does not explain {where}; {named} does in part, and "
+            f"{effect_words(unknown)} remains {place}. Its shape is drawn below."
+        )
+    return (
+        f"In {where} there is {effect_words(unknown)}: it acts {place}. Its shape is drawn below."
+    )
+
+
+def _record(found: Explanation) -> tuple[Part, ...]:
+    doubt = not found.converged
+    picture = Part("", _doubt(doubt), (residual_before_after(found),), (tables.error_table(found),))
+    rest = _rejected(found)
+    if not found.effects:
+        return tuple(filter(None, [picture, _strain(found), rest]))
+    parameters = tables.parameter_table(found.effects, "", doubtful=doubt)
+    added = Part(
+        "What was added, and why",
+        tuple(text for effect in found.effects for text in _effect(effect)),
+        (),
+        () if parameters is None else (parameters,),
+    )
+    drawn = unknown_course(found)
+    shape = None if drawn is None else Part("The unknown part", (), (drawn,))
+    parts = [picture, _carriers(found), added, shape, _bias(found, ""), _strain(found), rest]
+    return tuple(filter(None, parts))
+
+
+def _drive(found: DriveExplanation) -> tuple[Part, ...]:
+    doubt = any(not test.converged for test in found.tests)
+    first = Part("", _doubt(doubt), (), (drive_tables.tests_table(found),))
+    if not found.effects:
+        return tuple(filter(None, [first, _rejected(found)]))
+    parts: list[Part | None] = [first]
+    for effect in found.effects:
+        size = found.amplitudes.get(effect.id)
+        parameters = tables.parameter_table(
+            [effect], " in the last test that carries it", doubtful=doubt
+        )
+        parts.append(
+            Part(
+                capital(effect_name(effect.id)),
+                _effect(effect),
+                () if size is None else (effect_over_hours(effect, size),),
+                () if parameters is None else (parameters,),
+            )
+        )
+    affected = [test for test in found.tests if test.effects]
+    parts += [_remaining(found), _carriers(found)]
+    if affected:
+        parts.append(_bias(affected[-1], f" in test {affected[-1].test_id}"))
+    common = max((residual_height(test.course) for test in affected), default=1.0)
+    parts += [_test(test, common) for test in affected]
+    parts.append(_rejected(found))
+    return tuple(filter(None, parts))
+
+
+def _test(test: Explanation, common: float) -> Part:
+    unknown = unknown_course(test)
+    drawn = (residual_pair(test, common), *(() if unknown is None else (unknown,)))
+    return Part(f"Residual of test {test.test_id}: {tables.names(test.effects)}", (), drawn)
+
+
+def _doubt(doubtful: bool) -> tuple[str, ...]:
+    if not doubtful:
+        return ()
+    return ("Not every fit behind this section converged: its numbers are provisional.",)
+
+
+def _carriers(found: Explanation | DriveExplanation) -> Part | None:
+    carried_by = carriers(found)
+    if not carried_by:
+        return None
+    most = carrier(carried_by)
+    if most is None:
+        said = "The residual goes with no single coordinate by more than chance would have it."
+    else:
+        said = (
+            f"The residual of the drive model alone goes with {coordinate(most.coordinate).name} "
+            f"more than with anything else, which carries {_share(most.fraction)} of it."
+        )
+    over = " Over all tests: mean share, smallest p-value times the number of tests."
+    return Part(
+        "What the residual goes with",
+        (said + (over if isinstance(found, DriveExplanation) else ""),),
+        (),
+        (tables.carrier_table(carried_by),),
+    )
+
+
+def _share(fraction: float) -> str:
+    return f"{grouped(100.0 * fraction, 0)}{THIN_SPACE}%"
+
+
+def _effect(effect: FoundEffect) -> tuple[str, ...]:
+    """Evidence for an effect, what else it may be, where it comes from and what to do."""
+    said = [_evidence(effect)]
+    if effect.id == UNKNOWN:
+        said.append(
+            "It stands for no mechanism: it is a smooth curve through what is left, so that its "
+            "cause has still to be found."
+        )
+    elif effect.indistinguishable_from:
+        others = listed((effect_name(name) for name in effect.indistinguishable_from), "or")
+        text = f"On these data {others} would do as well."
+        if effect.separating_test:
+            text += f" To tell them apart: {_sentence(effect.separating_test)}"
+        said.append(text)
+    if effect.origin is not None:
+        said.append(_ORIGINS[effect.origin])
+    if effect.advice:
+        said.append(f"To do: {_sentence(effect.advice)}")
+    return tuple(said)
+
+
+def _sentence(text: str) -> str:
+    return text if text.endswith((".", "!", "?")) else f"{text}."
+
+
+def _evidence(effect: FoundEffect) -> str:
+    name = "The unknown part" if effect.id == UNKNOWN else capital(effect_words(effect))
+    gain = tables.gain_words(effect.elpd_gain, effect.elpd_se)
+    return (
+        f"{name} carries {_share(effect.share)} of the error that can be explained. With it the "
+        f"log evidence rises by {rounded(effect.log_evidence_gain, 2.0)}, and the expected log "
+        f"predictive density on left-out blocks by {gain} (one standard error)."
+    )
+
+
+def _bias(found: Explanation, note: str) -> Part:
+    far = [
+        shift
+        for shift in shifts(found)
+        if shift.deviations is not None
+        and abs(shift.deviations) > _FAR
+        and abs(shift.off_by or 0.0) >= 0.005
+    ][:3]
+    if far:
+        told = listed(f"{tables.shift_name(shift)} {tables.off_words(shift)}" for shift in far)
+        said = f"Without {tables.names(found.effects)} these came out wrong{note}: {told}."
+    else:
+        said = f"No figure and no parameter moved by more than two standard deviations{note}."
+    return Part("What it did to the numbers", (said,), (), (tables.bias_table(found, note),))
+
+
+def _strain(found: Explanation) -> Part | None:
+    """Parameters that the drive model alone had to bend; None where none was."""
+    if not found.strained:
+        return None
+    far = sorted(found.strained.items(), key=lambda item: -abs(item[1]))
+    told = listed(f"{parameter_name(name)} by {grouped(abs(value), 1)}" for name, value in far)
+    return Part(
+        "Strained parameters",
+        (
+            "To fit without help, the drive model had to take parameters far out in their prior, "
+            f"in prior standard deviations: {told}. A drive with such values is unlikely; that "
+            "alone hints at something that the model lacks.",
+        ),
+    )
+
+
+def _remaining(found: DriveExplanation) -> Part | None:
+    table = drive_tables.remaining_table(found)
+    before, after = found.remaining_hours_before, found.remaining_hours_after
+    if table is None or before is None or after is None:
+        return None
+    said = (
+        f"Remaining life (90 %) moves from {remaining_words(before)} without the effects to "
+        f"{remaining_words(after)} with them."
+    )
+    return Part("What it did to the remaining life", (tidy(said),), (), (table,))
+
+
+def _rejected(found: Explanation | DriveExplanation) -> Part | None:
+    table = tables.considered_table(found.considered)
+    return None if table is None else Part("Considered and rejected", (), (), (table,))

@@ -1,0 +1,67 @@
+"""Tables of what the model lacked over a drive's tests: each test, and the hours left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from hdprog.explanation import DriveExplanation
+from hdprog.reporting.effect_words import micro, remaining_cells
+from hdprog.reporting.rounding import hours
+from hdprog.reporting.sections.effects_tables import names
+from hdprog.reporting.sections.table import Row, Table
+
+VERDICTS: Mapping[str, str] = {
+    "adequate": "nothing lacking",
+    "explained": "explained",
+    "partly_explained": "explained in part",
+    "unexplained": "unexplained",
+}
+
+
+def tests_table(found: DriveExplanation) -> Table:
+    """Verdict, errors and effects of every test."""
+    rows = [
+        Row(
+            test.test_id,
+            (
+                "not given" if test.service_hours is None else hours(test.service_hours),
+                VERDICTS[test.verdict],
+                micro(test.before.rmse_rad),
+                micro(test.after.rmse_rad),
+                micro(test.noise_floor_rad),
+                names(test.effects),
+            ),
+            doubtful=not test.converged,
+        )
+        for test in found.tests
+    ]
+    return Table.flat(
+        "Each test by itself. Error: root mean square of measured minus fitted angle.",
+        (
+            "test",
+            "at",
+            "verdict",
+            "error, drive model alone [µrad]",
+            "error, with effects [µrad]",
+            "noise floor [µrad]",
+            "added",
+        ),
+        rows,
+    )
+
+
+def remaining_table(found: DriveExplanation) -> Table | None:
+    """Hours left with and without the effects; None where nothing was forecast."""
+    before, after = found.remaining_hours_before, found.remaining_hours_after
+    if before is None or after is None:
+        return None
+    rows = [
+        Row("drive model alone", remaining_cells(before)),
+        Row(f"with {names(found.effects)}", remaining_cells(after)),
+    ]
+    return Table.flat(
+        "Hours from the last test until the first limit is passed; “later” is past the horizon.",
+        ("model", "5 %", "median", "95 %"),
+        rows,
+        doubtful=not all(test.converged for test in found.tests),
+    )

@@ -1,0 +1,300 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hdprog.reporting.build import build_report
+from hdprog.reporting.effect_words import place_of_unknown
+from hdprog.reporting.figures.residual_strip import ADDED, RISING
+from hdprog.reporting.figures.unknown_course import unknown_course
+from hdprog.reporting.sections.warnings import warnings
+from hdprog.reporting.style import house_style
+from hdprog.reporting.verdict import verdict
+from hdprog.results import DriveResult
+from tests.reporting import drives, explanations
+from tests.reporting.effects_view import said, section, tables
+from tests.reporting.page import Page, spaced
+from tests.reporting.test_chromium import BROWSER, near, render
+
+MECHANISMS = (
+    "torque offset",
+    "backlash",
+    "asymmetry",
+    "cup hardening",
+    "coulomb friction",
+    "microslip",
+    "stribeck",
+    "creep",
+    "thermal drift",
+    "angle ripple",
+    "tooth damage",
+    "slip jump",
+)
+PAGES = {
+    "adequate": lambda: explanations.single(explanations.adequate()),
+    "explained": lambda: explanations.single(explanations.record()),
+    "partly explained": lambda: explanations.single(explanations.partly()),
+    "unexplained": lambda: explanations.single(explanations.unexplained()),
+    "drive": explanations.of_drive,
+    "adequate drive": lambda: explanations.of_drive(explanations.adequate_drive()),
+}
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_the_page_is_well_formed_and_free_of_what_is_no_number(name: str) -> None:
+    result: DriveResult = PAGES[name]()
+    found = Page(build_report(result))
+    assert found.faults == []
+    levels = [level for level, _ in found.headings]
+    assert all(after - before <= 1 for before, after in pairwise(levels))
+    assert "What the drive model lacked" in [text for level, text in found.headings if level == 2]
+    assert "Effects outside the drive model" in found.text
+    words = found.text.lower().split()
+    assert not {"nan", "inf", "-inf", "\u2212inf"} & set(words)
+    assert len(found.pictures) == len(found.captions)
+    for picture, caption in zip(found.pictures, found.captions, strict=True):
+        assert len(str(picture["alt"])) > 30
+        assert str(picture["alt"]) in caption
+        assert "To do:" in caption
+        assert int(str(picture["width"])) > int(str(picture["height"]))
+
+
+def test_without_an_explanation_there_is_no_section() -> None:
+    text = Page(build_report(drives.single_fit())).text
+    assert "What the drive model lacked" not in text
+    assert "Effects outside the drive model" not in text
+
+
+def test_an_adequate_record_says_so_and_stays_short() -> None:
+    found = section(explanations.adequate())
+    assert spaced(found.lead) == (
+        "The drive model explains this record down to its noise: nothing was added. "
+        "Error 7.1 µrad, noise floor 7.0 µrad."
+    )
+    assert [part.title for part in found.parts] == ["", "Considered and rejected"]
+    (picture,) = found.parts[0].pictures
+    assert spaced(picture.alt) == (
+        "Test t01: the drive model alone leaves 7.1 µrad; the noise floor is 7.0 µrad."
+    )
+    assert picture.height < 300
+    assert len(found.parts[0].tables[0].columns) == 2
+
+
+def test_an_explained_record_names_the_effect_and_its_errors() -> None:
+    found = section(explanations.record())
+    assert spaced(found.lead) == (
+        "The drive model alone does not explain this record; creep (the angle keeps growing under "
+        "load and recovers) does. Error 26 → 7.1 µrad (noise floor 7.0 µrad)."
+    )
+    assert [part.title for part in found.parts] == [
+        "",
+        "What the residual goes with",
+        "What was added, and why",
+        "What it did to the numbers",
+        "Strained parameters",
+        "Considered and rejected",
+    ]
+    (picture,) = found.parts[0].pictures
+    assert spaced(picture.alt).startswith("Test t01: with creep the error goes from 26 to 7.1")
+
+
+def test_what_no_mechanism_describes_is_placed_and_drawn() -> None:
+    record = explanations.unexplained()
+    found = section(record)
+    assert spaced(found.lead) == (
+        "In this record there is something that no known mechanism describes: it acts over torque "
+        "between 19 and 25 Nm on both branches. Its shape is drawn below. Error 11 → 7.1 µrad "
+        "(noise floor 7.0 µrad)."
+    )
+    shape = next(part for part in found.parts if part.title == "The unknown part")
+    assert "lies over torque between 19 and 25 Nm" in spaced(shape.pictures[0].alt)
+    assert "It stands for no mechanism" in said(record)
+
+
+def test_the_unknown_never_gets_the_name_of_a_mechanism() -> None:
+    found = section(explanations.unexplained(considered=()))
+    shown = [found.lead, *(part.title for part in found.parts)]
+    shown += [text for part in found.parts for text in part.paragraphs]
+    shown += [str(picture) for part in found.parts for picture in part.pictures]
+    shown += [str(table) for part in found.parts for table in part.tables]
+    shown += verdict(explanations.single(explanations.unexplained())).sentences
+    text = " ".join(part.partition("data:image")[0] for part in shown).lower()
+    assert "unknown" in text
+    assert not [name for name in MECHANISMS if name in text]
+
+
+def test_a_record_explained_in_part_says_both() -> None:
+    text = said(explanations.partly())
+    assert "creep (the angle keeps growing under load and recovers) does in part" in text
+    assert "something that no known mechanism describes remains over torque" in text
+
+
+@pytest.mark.parametrize(
+    ("branch", "words"),
+    [("rising", " while torque rises"), ("falling", " while torque falls"), (None, " on both")],
+)
+def test_the_branch_of_the_unknown_is_said(branch: str | None, words: str) -> None:
+    record = explanations.unexplained()
+    assert record.course.unknown is not None
+    kept = np.ones(explanations.BLOCKS) if branch is None else record.course.rising
+    kept = 1 - kept if branch == "falling" else kept
+    course = replace(record.course, unknown=record.course.unknown * kept)
+    assert words in spaced(place_of_unknown(replace(record, course=course)))
+
+
+def test_an_unknown_all_along_is_not_given_ends() -> None:
+    record = explanations.unexplained()
+    wavy = 1e-5 * np.sin(0.3 * record.course.torque)
+    course = replace(record.course, unknown=wavy)
+    assert place_of_unknown(replace(record, course=course)) == "over the whole range of torque"
+
+
+def test_an_unknown_of_one_direction_is_drawn_for_each() -> None:
+    record = explanations.unexplained()
+    assert record.course.unknown is not None
+    course = replace(record.course, unknown=record.course.unknown * record.course.rising)
+    found = replace(record, effects=(explanations.unknown("branch"),), course=course)
+    assert "over torque between 19 and 25 Nm while torque rises" in spaced(place_of_unknown(found))
+    both = replace(found, effects=(explanations.unknown("torque"),))
+    with house_style():
+        split, joint = unknown_course(found), unknown_course(both)
+    assert split is not None
+    assert joint is not None
+    assert split.uri != joint.uri
+
+
+def test_there_is_no_curve_of_the_unknown_without_it() -> None:
+    with house_style():
+        assert unknown_course(explanations.record()) is None
+
+
+def test_a_drive_tells_origin_hours_left_and_each_test() -> None:
+    drive = explanations.drive_explanation()
+    found = section(drive)
+    assert spaced(found.lead) == (
+        "The drive model alone does not explain 5 of 7 tests; backlash (a step in angle where "
+        "torque changes sign) does. Error over all tests 9.5 → 7.1 µrad (noise floor 7.0 µrad)."
+    )
+    text = said(drive)
+    assert "It grows with service hours" in text
+    assert (
+        "Remaining life (90 %) moves from 1 200 to 1 900 h without the effects to 1 420 h to "
+        "later than the horizon with them."
+    ) in text
+    assert tables(drive)["Hours from the last"]["with backlash"] == ("1 420 h", "1 900 h", "later")
+    each = tables(drive)["Each test by itself."]
+    assert each["t01"][1] == "nothing lacking"
+    assert each["t07"] == ("900 h", "explained", "14", "7.1", "7.0", "backlash")
+    titles = [part.title for part in found.parts]
+    assert [t for t in titles if t.startswith("Residual")] == [
+        f"Residual of test t0{n}: backlash" for n in range(3, 8)
+    ]
+    size = next(part for part in found.parts if part.title == "Backlash").pictures[0]
+    assert spaced(size.alt) == (
+        "Backlash is found in 5 of 7 tests: it moves the angle by 1.3 µrad at 300 h and by 28 "
+        "µrad at 900 h."
+    )
+    assert size.action.startswith("count it with the wear")
+
+
+def test_an_effect_of_the_rig_is_not_counted_as_wear() -> None:
+    drive = explanations.drive_explanation(effects=(explanations.backlash(origin="rig"),))
+    assert "says nothing of the drive's wear" in said(drive)
+    unclear = explanations.drive_explanation(effects=(explanations.backlash(origin="unclear"),))
+    assert "cannot be told from these tests" in said(unclear)
+
+
+def test_a_drive_without_a_forecast_tells_no_hours_left() -> None:
+    drive = explanations.drive_explanation(remaining_hours_before=None, remaining_hours_after=None)
+    assert "Remaining life" not in said(drive)
+    assert "Remaining life" not in verdict(explanations.of_drive(drive)).text
+
+
+def test_an_adequate_drive_says_so() -> None:
+    assert spaced(section(explanations.adequate_drive()).lead) == (
+        "The drive model explains all 3 tests down to their noise: nothing was added."
+    )
+
+
+def test_the_verdict_tells_what_was_added_and_what_it_moves() -> None:
+    sentences = [spaced(text) for text in verdict(explanations.of_drive()).sentences]
+    assert sentences[-2:] == [
+        "The residual of the drive model follows torque; with backlash the error goes "
+        "9.5 → 7.1 µrad (noise floor 7.0 µrad).",
+        "Remaining life (90 %) moves from 1 200 to 1 900 h without to 1 420 h to later than the "
+        "horizon with it.",
+    ]
+    unknown = spaced(verdict(explanations.single(explanations.unexplained())).sentences[-1])
+    assert unknown == (
+        "Something acts over torque between 19 and 25 Nm on both branches that is none of the "
+        "known effects: what is said here may be biased by it."
+    )
+    adequate = verdict(explanations.single(explanations.adequate()))
+    assert adequate == verdict(drives.single_fit(drives.LOST_MOTION))
+
+
+def test_what_was_found_is_the_first_warning() -> None:
+    explained = explanations.single(explanations.record())
+    assert warnings(explained)[0] == (
+        "An effect outside the drive model was found: creep (the angle keeps growing under load "
+        "and recovers)."
+    )
+    unknown = spaced(warnings(explanations.single(explanations.unexplained()))[0])
+    assert unknown.startswith("Structure remains over torque between 19 and 25 Nm on both branches")
+    assert warnings(explanations.single(explanations.adequate())) == []
+
+
+def test_structure_that_is_explained_is_not_warned_of_twice() -> None:
+    result = explanations.of_drive()
+    alike = tuple(replace(test, residual_correlation=0.8) for test in result.tests)
+    found = [text for text in warnings(replace(result, tests=alike)) if "more than noise" in text]
+    # Only the tests in which nothing was found are left to warn of.
+    assert len(found) == 1
+    assert found[0].startswith("Tests t01 and t02: ")
+
+
+def test_warnings_of_the_search_are_told() -> None:
+    result = explanations.single(explanations.record(warnings=("Too short to tell.",)))
+    assert "Too short to tell." in warnings(result)
+
+
+def test_a_fit_that_did_not_converge_is_marked() -> None:
+    record = explanations.record(converged=False)
+    found = section(record)
+    assert found.doubtful
+    assert "its numbers are provisional" in said(record)
+    assert all(
+        table.doubtful
+        for part in found.parts
+        for table in part.tables
+        if table.caption.startswith(("Error of", "Size of", "What the missing"))
+    )
+    page = Page(build_report(explanations.single(record)))
+    assert "What the drive model lacked not converged" in page.text
+
+
+def test_each_pictured_test_adds_less_than_a_tenth_of_a_megabyte() -> None:
+    result = explanations.of_drive()
+    pictured = sum(bool(test.effects) for test in explanations.drive_explanation().tests)
+    without = len(build_report(replace(result, explanation=None)).encode())
+    added = len(build_report(result).encode()) - without
+    # The rest of the section is worth one test more.
+    assert added < 100_000 * (pictured + 1)
+
+
+@pytest.mark.chromium
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium browser is installed")
+def test_a_browser_shows_the_residual_and_the_line_of_what_was_added(tmp_path: Path) -> None:
+    page = build_report(explanations.single(explanations.record()))
+    start = page.index('<section aria-labelledby="effects">')
+    end = page.index('<section aria-labelledby="tests">')
+    alone = page[: page.index("<header>")] + page[start:end] + "</body></html>"
+    pixels = render(alone, tmp_path, 1000, 900)
+    assert near(pixels, ADDED) > 500
+    assert near(pixels, RISING) > 20
+    # Thin outlines are mixed with the ground: what is warm is the falling branch.
+    assert int((pixels[..., 0] - pixels[..., 2] > 0.3).sum()) > 300
