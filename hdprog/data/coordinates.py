@@ -89,4 +89,4 @@ def loading_rate(
 def _half_window(step: float, size: int, noise: float) -> int:
     """Readings on either side: a slope over m of them has the error √12·noise/m^1.5."""
     wanted = (np.sqrt(12) * noise / (_CERTAIN * max(step, 1e-12))) ** (2 / 3)
-    return int(np.clip(wanted / 2, 1, max(1, _WIDEST * size / 2)))
+    return int(np.clip(np.ceil((wanted - 1) / 2), 1, max(1, _WIDEST * size / 2)))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hdprog.discovery.model import Model, settled
-from hdprog.inference.effect_starts import effect_starts
+from hdprog.inference.effect_starts import effect_starts, search_widely
 from hdprog.inference.likelihood import COUNT
 from hdprog.inference.noise import NoiseModel
 from hdprog.inference.starting_points import describe, starting_points
@@ -21,9 +21,7 @@ _WORTH_SETTLING = 1.0  # log evidence gained beside white noise; below it no oth
 def refits(
     model: Model,
     effects: Sequence[Effect],
-    rng: np.random.Generator,
     *,
-    thorough: bool,
     spread: Callable[..., Iterable[Any]] = map,
 ) -> Mapping[str, Model]:
     """The model with each effect added in turn, its noise found anew; by the effect's id.
@@ -32,17 +30,34 @@ def refits(
     ----------
     model : to add to
     effects : candidates that the record can show
-    rng : for starts all over the prior
-    thorough : start from draws of the prior beside the best shapes of the grid
     spread : map over the candidates, e.g. an executor's
     """
-    count = len(effects)
-    jobs = ([model] * count, effects, rng.spawn(count), [thorough] * count)
-    found = spread(_refit, *jobs)
+    found = spread(_refit, [model] * len(effects), effects)
     return {effect.id: refitted for effect, refitted in zip(effects, found, strict=True)}
 
 
-def _refit(model: Model, effect: Effect, rng: np.random.Generator, thorough: bool) -> Model:
+def refits_again(
+    model: Model,
+    candidates: Mapping[str, Model],
+    rng: np.random.Generator,
+    *,
+    spread: Callable[..., Iterable[Any]] = map,
+) -> Mapping[str, Model]:
+    """Candidates refitted once more, from starts all over the prior.
+
+    Parameters
+    ----------
+    model : without them
+    candidates : as `refits` left them, by id
+    rng : for the starts
+    spread : map over the candidates, e.g. an executor's
+    """
+    count = len(candidates)
+    found = spread(_refit_again, [model] * count, candidates.values(), rng.spawn(count))
+    return dict(zip(candidates, found, strict=True))
+
+
+def _refit(model: Model, effect: Effect) -> Model:
     """Beside white noise and beside the model's own, whichever says more for the effect."""
     beside = [_beside_white(model)]
     if model.likelihood.noise.whitening is not None:
@@ -50,12 +65,27 @@ def _refit(model: Model, effect: Effect, rng: np.random.Generator, thorough: boo
     found = []
     for simpler in beside:
         wider = replace(simpler.likelihood, effects=(*model.likelihood.effects, effect))
-        starts = effect_starts(wider, simpler.starts, rng, thorough=thorough)
-        refitted = Model(wider, tuple(starts))
-        found.append(refitted)
-        if refitted.log_evidence - simpler.log_evidence > _WORTH_SETTLING:
-            found.append(settled(wider, starts))
+        starts = effect_starts(wider, simpler.starts)
+        found += _settled(Model(wider, tuple(starts)), simpler)
     return max(found, key=lambda candidate: candidate.log_evidence)
+
+
+def _refit_again(model: Model, candidate: Model, rng: np.random.Generator) -> Model:
+    found = [candidate]
+    white = _beside_white(candidate)
+    starts = search_widely(white.likelihood, white.starts, rng)
+    found += _settled(Model(white.likelihood, tuple(starts)), _beside_white(model))
+    if candidate.likelihood.noise.whitening is not None:
+        starts = search_widely(candidate.likelihood, candidate.starts, rng)
+        found += _settled(Model(candidate.likelihood, tuple(starts)), model)
+    return max(found, key=lambda one: one.log_evidence)
+
+
+def _settled(candidate: Model, simpler: Model) -> list[Model]:
+    """The candidate, and where it is worth it with its noise found anew."""
+    if candidate.log_evidence - simpler.log_evidence < _WORTH_SETTLING:
+        return [candidate]
+    return [candidate, settled(candidate.likelihood, candidate.starts)]
 
 
 def _beside_white(model: Model) -> Model:

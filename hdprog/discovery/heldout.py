@@ -92,7 +92,8 @@ def _predictive_covariance(
 ) -> Callable[[NDArray[np.bool_]], FloatArray]:
     """Covariance of some blocks' angles, the parameters' own included, in rad²."""
     likelihood = model.likelihood
-    scale = start.variance * likelihood.blocks / max(seen, 1)
+    seen_share = max(seen, 1) / likelihood.blocks  # what is masked adds nothing to the scale
+    scale = start.variance / seen_share
     own = likelihood.noise.covariance
     if likelihood.noise.features is not None:
         # The empirical term is predicted; what is left of it is small beside the rest.
@@ -101,7 +102,7 @@ def _predictive_covariance(
     derivative = white.jacobian(start.point)[1] * likelihood.noise.white_sd[:, None]
 
     def covariance(here: NDArray[np.bool_]) -> FloatArray:
-        spread = derivative[here] @ start.covariance @ derivative[here].T
+        spread = derivative[here] @ start.covariance @ derivative[here].T / seen_share
         return np.asarray(scale * own[np.ix_(here, here)] + spread)
 
     return covariance

@@ -15,7 +15,7 @@ from hdprog.physics.parameters import FloatArray
 
 _FOLDS = 10
 _SURROGATES = 999
-_PIECES = 30  # of a record: what is correlated over a shorter stretch stays together
+_PIECES, _FEWEST_PIECES = 30, 8  # of a record, each longer than the residual's memory
 _LENGTH = 0.08  # of the smoother, in parts of a coordinate's range
 _FEWEST = 12  # samples of a branch from which a repeated course can be read
 _WHOLE = 0.8  # of the largest swing: a branch that counts as a whole one
@@ -36,8 +36,8 @@ def carriers(
     """How much of a residual a smooth function of each coordinate carries.
 
     The share is cross-validated over ten contiguous blocks. Its p-value comes from surrogates:
-    thirty pieces of the residual in a random order and with random signs, which keeps its short
-    serial correlation, with the fitted sensitivities taken out again; Holm's correction over the
+    pieces of the residual in a random order and with random signs, long enough to keep its serial
+    correlation, with the fitted sensitivities taken out again; Holm's correction over the
     coordinates. A coordinate that predicts nothing has p = 1.
 
     Parameters
@@ -108,7 +108,12 @@ def _share(predict: FloatArray, residuals: FloatArray) -> FloatArray:
 
 def _surrogates(residual: FloatArray, basis: FloatArray, rng: np.random.Generator) -> FloatArray:
     """(draws, n) the residual's short pieces in another order and with random signs."""
-    pieces = contiguous_folds(residual.size, min(_PIECES, residual.size))
+    lags = np.arange(1, max(2, residual.size // 8))
+    memory = [float(residual[lag:] @ residual[:-lag] / (residual @ residual)) for lag in lags]
+    # Summed up to where the correlation first goes below zero.
+    length = 1 + 2 * float(np.sum(memory[: int(np.argmax(np.array([*memory, -1.0]) < 0))]))
+    count = int(np.clip(residual.size / (3 * length), _FEWEST_PIECES, _PIECES))
+    pieces = contiguous_folds(residual.size, count)
     places = [np.flatnonzero(pieces == piece) for piece in range(int(pieces.max()) + 1)]
     rows = np.empty((_SURROGATES, residual.size))
     for row in rows:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from hdprog.discovery.candidates import refits, without
+from hdprog.discovery.candidates import refits, refits_again, without
 from hdprog.discovery.model import Model
 from hdprog.discovery.unknown import TermGain, term_gains, with_term
 from hdprog.inference.effect_starts import unmet
@@ -21,11 +21,11 @@ from hdprog.inference.prepare import Prepared, settle_noise
 from hdprog.physics.effects import EFFECTS
 from hdprog.physics.effects.base import Effect
 
-THRESHOLD = 4.0
+THRESHOLD = 5.0
 """Log evidence that an effect must gain. Rates on simulated loops: tests/benchmarks/effects."""
 TERM_THRESHOLD = 5.0
 """Log evidence that an empirical term must gain."""
-TIME_THRESHOLD = 10.0
+TIME_THRESHOLD = 14.0
 """The same for a term over time or order, which correlated noise looks like."""
 FURTHER_SHARE = 0.06
 """Share of the explained error that a second or later mechanism must carry."""
@@ -184,16 +184,16 @@ def _step(
     rng: np.random.Generator,
     spread: Callable[..., Iterable[Any]] = map,
 ) -> Step:
-    models = dict(refits(model, effects, rng, thorough=False, spread=spread))
+    models = dict(refits(model, effects, spread=spread))
     terms = term_gains(model)
     gains = {name: found.log_evidence - model.log_evidence for name, found in models.items()}
     best, empirical = max(gains.values()), max(term.gain for term in terms.values())
     if max(best, empirical) > _STRUCTURE:
         # Where one candidate does as well as a free function, few others need a second look.
         leading = sorted(gains, key=lambda name: -gains[name])
-        again = leading[:_PROMISING] if best > max(empirical, THRESHOLD) else leading
-        chosen = [effect for effect in effects if effect.id in again]
-        for name, found in refits(model, chosen, rng, thorough=True, spread=spread).items():
+        clear = best > max(empirical, THRESHOLD)
+        again = {name: models[name] for name in leading[: _PROMISING if clear else 2 * _PROMISING]}
+        for name, found in refits_again(model, again, rng, spread=spread).items():
             models[name] = max(models[name], found, key=lambda one: one.log_evidence)
     return Step(model, models, terms)
 
@@ -265,7 +265,8 @@ def _with_unknown(bases: Sequence[Model], models: Sequence[Model]) -> list[Model
         one.log_evidence - other.log_evidence for one, other in zip(models, alone, strict=True)
     )
     poorly = (base - left) < NAMED_SHARE * (base - floor)
-    if alone_gain > 0 and (evidence < -THRESHOLD or (poorly and evidence < 0)):
+    beaten = evidence < -THRESHOLD and left > sum(model.misfit for model in alone)
+    if alone_gain > 0 and (beaten or (poorly and evidence < 0)):
         return alone
     if gain > 0 and share(bases, models, wider) > UNKNOWN_SHARE:
         return wider

@@ -15,11 +15,14 @@ from scipy.optimize import minimize
 from hdprog.discovery.model import Model
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.noise import NoiseModel
+from hdprog.inference.prepare import noise_about
 from hdprog.inference.smooth_term import FEATURES, LENGTHS, SmoothTerm, basis_of, spectrum
-from hdprog.inference.starting_points import descend
+from hdprog.inference.starting_points import descend, describe
 from hdprog.physics.coordinates import coordinates
 from hdprog.physics.parameters import FloatArray
 
+_ROUNDS = 2
+_REPEATS = 4  # stretches: two loadings and two unloadings
 TERM_PENALTY = 3.0
 """Log evidence that the term's two numbers must earn."""
 
@@ -57,7 +60,11 @@ class _Columns:
 
 
 def term_gains(model: Model) -> Mapping[str, TermGain]:
-    """The best empirical term over each coordinate of the record, by the coordinate's name."""
+    """The best empirical term over each coordinate of the record, by the coordinate's name.
+
+    Not over the order of an untimed record whose cycles repeat: that would explain why they differ
+    from each other, beyond what the record itself repeats to.
+    """
     course = model.likelihood.reduced.course
     found: dict[str, TermGain] = {}
     white = replace(model.likelihood, noise=NoiseModel.white(model.likelihood.noise.white_sd))
@@ -65,6 +72,8 @@ def term_gains(model: Model) -> Mapping[str, TermGain]:
     if model.likelihood.noise.log_ratio is not None:
         choices.append((white, _white_loss(model, white)))
     for name, values in coordinates(course).items():
+        if name == "order" and course.path.starts.size >= _REPEATS:
+            continue
         low, high = float(values.min()), float(values.max())
         basis = basis_of(name, low, high, course)
         for likelihood, loss in choices:
@@ -128,10 +137,28 @@ def _best(
 
 
 def with_term(model: Model, gain: TermGain) -> Model:
-    """The model with an empirical term, its modes found anew."""
+    """The model with an empirical term, its modes, its noise and the term's size found anew."""
     likelihood = model.likelihood
-    noise = NoiseModel.white(likelihood.noise.white_sd) if gain.white else likelihood.noise
-    added = replace(likelihood, noise=noise.with_term(gain.term, likelihood.reduced.course))
+    noise = likelihood.noise.as_white if gain.white else likelihood.noise
+    best = _joined(model, noise, gain.term)
+    for _ in range(_ROUNDS):
+        noise = noise_about(best.likelihood, best.start)
+        other = Model(replace(likelihood, noise=noise), best.starts)
+        basis = basis_of(
+            gain.term.coordinate, gain.term.low, gain.term.high, likelihood.reduced.course
+        )
+        sd, length, _ = _best(other.likelihood, other, basis)
+        better = _joined(other, noise, replace(gain.term, sd=sd, length=length))
+        if better.log_evidence <= best.log_evidence:
+            break
+        best = better
+    return best
+
+
+def _joined(model: Model, noise: NoiseModel, term: SmoothTerm) -> Model:
+    course = model.likelihood.reduced.course
+    added = replace(model.likelihood, noise=noise.with_term(term, course))
     found = [descend(added, start.point, (8, 8)) for start in model.starts[:2]]
     starts = [start for start in found if start is not None]
+    starts = starts or [describe(added, model.start.point)]
     return Model(added, tuple(sorted(starts, key=lambda start: start.deviance)))

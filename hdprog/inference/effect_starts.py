@@ -16,7 +16,12 @@ import numpy as np
 
 from hdprog.errors import BadInputError
 from hdprog.inference.likelihood import LoopLikelihood
-from hdprog.inference.starting_points import StartingPoint, descend, starting_points
+from hdprog.inference.starting_points import (
+    StartingPoint,
+    descend,
+    describe,
+    starting_points,
+)
 from hdprog.physics.course import Course
 from hdprog.physics.effects.base import Effect, EffectParameter, Need
 from hdprog.physics.parameters import FloatArray
@@ -92,39 +97,36 @@ class _Shapes:
 
 
 def effect_starts(
-    likelihood: LoopLikelihood,
-    without: Sequence[StartingPoint],
-    rng: np.random.Generator,
-    *,
-    shapes: int = 3,
-    thorough: bool = True,
+    likelihood: LoopLikelihood, without: Sequence[StartingPoint], *, shapes: int = 3
 ) -> list[StartingPoint]:
-    """Modes of a likelihood whose last effect is new.
+    """Modes of a likelihood whose last effect is new, found from the best shapes of its grid.
 
     Parameters
     ----------
     likelihood : with the new effect last
     without : modes of the same without it, best first
-    rng : for starts all over the prior
     shapes : best shapes of the grid to start from, for each of two modes
-    thorough : start from draws of the prior as well
 
     Returns
     -------
     at least one StartingPoint, best first
     """
-    found: list[StartingPoint] = []
-    for start in without[:2]:
-        for point in _best_shapes(likelihood, start, shapes):
-            candidate = descend(likelihood, point, (10, 12))
-            if candidate is not None:
-                found.append(candidate)
-    found.sort(key=lambda start: start.deviance)
-    if thorough or not found:
-        found = starting_points(likelihood, rng, known=[start.point for start in found[:2]])
-        polished = descend(likelihood, found[0].point, _POLISH)
-        if polished is not None and polished.deviance < found[0].deviance:
-            found[0] = polished
+    points = [point for start in without[:2] for point in _best_shapes(likelihood, start, shapes)]
+    found = [descend(likelihood, point, (10, 12)) for point in points]
+    modes = [start for start in found if start is not None]
+    if not modes:
+        modes = [describe(likelihood, points[0])]
+    return sorted(modes, key=lambda start: start.deviance)
+
+
+def search_widely(
+    likelihood: LoopLikelihood, modes: Sequence[StartingPoint], rng: np.random.Generator
+) -> list[StartingPoint]:
+    """The same with starts from draws of the prior as well, and the best mode polished."""
+    found = starting_points(likelihood, rng, starts=4, known=[start.point for start in modes[:2]])
+    polished = descend(likelihood, found[0].point, _POLISH)
+    if polished is not None and polished.deviance < found[0].deviance:
+        found[0] = polished
     return found
 
 

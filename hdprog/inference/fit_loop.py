@@ -12,7 +12,7 @@ import numpy as np
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.inference.diagnostics import LENGTHS, Diagnostics, autocorrelation_time, diagnose
-from hdprog.inference.effect_starts import effect_starts, require
+from hdprog.inference.effect_starts import effect_starts, require, search_widely
 from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.linearised_effects import PARETO_K_LIMIT, LinearisedEffects
 from hdprog.inference.mixture_proposal import GaussianMixture, fit_mixture
@@ -105,7 +105,7 @@ def fit_loop(
     likelihood, starts = prepared.likelihood, prepared.starts
     for effect in effects:
         likelihood = replace(likelihood, effects=(*likelihood.effects, effect))
-        starts = effect_starts(likelihood, starts, rng)
+        starts = search_widely(likelihood, effect_starts(likelihood, starts), rng)
     likelihood, starts = settle_noise(likelihood, starts, rng)
     return sample_posterior(
         prepared, likelihood, starts, rng, plan=plan, executor=executor, progress=progress

@@ -128,7 +128,16 @@ class LoopLikelihood:
 
     def supported(self, points: FloatArray) -> NDArray[np.bool_]:
         """(draws,) whether points (draws, size) lie in the hard support of the model."""
-        return in_support(self.prior.to_physical(points[:, :COUNT]), self.alpha)
+        parameters = self.prior.to_physical(points[:, :COUNT])
+        inside = in_support(parameters, self.alpha)
+        sides = [effect for effect in self.effects if effect.acts_on == "parameters"]
+        if sides:
+            effects = points[:, COUNT + 1 :] if self.held is None else self.held.coordinates[None]
+            values = self.effect_set.values(effects)
+            for effect in sides:
+                negative = effect.negative_side(parameters, values[effect.id])
+                inside &= in_support(negative, self.alpha)
+        return inside
 
     def log_prior(self, points: FloatArray) -> FloatArray:
         """(draws,) log prior density of points (draws, size), up to a constant."""

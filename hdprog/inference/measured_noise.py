@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
@@ -15,6 +17,7 @@ from hdprog.physics.parameters import FloatArray
 _SPIKE = 6.0  # noise standard deviations: a Gaussian reading in 5e8 is that far out
 _MOST_SPIKES = 0.10
 _NEIGHBOURS = 11
+_LONGEST = 2  # readings in a row that are still an isolated error
 _ROUNDING = 1e-9  # of the span: a simulated record without noise still has rounding
 
 
@@ -63,11 +66,15 @@ def local_slope(torque: FloatArray, angle: FloatArray) -> FloatArray:
 def spikes(residual: FloatArray) -> NDArray[np.bool_]:
     """Isolated spikes in a residual (samples,): far outside what their neighbours show.
 
-    None are named where more than a tenth of the readings stand out: that is no isolated error.
+    None are named where more than a tenth of the readings stand out, nor where more than two in a
+    row do: that is no isolated error but part of the record's course.
     """
     standing_out = residual - median_filter(residual, size=_NEIGHBOURS)
     noise = noise_sd(residual)
     if noise == 0.0:
         return np.zeros(residual.size, dtype=bool)
     found = np.abs(standing_out) > _SPIKE * noise
+    for start, end in pairwise(np.flatnonzero(np.diff(found, prepend=False, append=False))):
+        if found[start] and end - start > _LONGEST:
+            found[start:end] = False
     return found if found.mean() <= _MOST_SPIKES else np.zeros(residual.size, dtype=bool)

@@ -145,13 +145,18 @@ def settle_noise(
 
 
 def noise_about(likelihood: LoopLikelihood, start: StartingPoint) -> NoiseModel:
-    """Noise model from the residual of a mode, the fitted sensitivities projected out."""
-    white = replace(likelihood, noise=NoiseModel.white(likelihood.noise.white_sd))
-    residual, derivative = white.jacobian(start.point)
+    """Noise from what a mode and its empirical term leave, the sensitivities projected out."""
     sd, reduced = likelihood.noise.white_sd, likelihood.reduced
+    white = replace(likelihood, noise=likelihood.noise.as_white)
+    residual, derivative = white.jacobian(start.point)
+    residual = residual * sd
+    if likelihood.noise.term is not None:
+        left = reduced.angle - likelihood.angle(start.point[None, :])[0]
+        left = left - likelihood.offset(left)
+        residual = left - likelihood.noise.smooth_part(left)
     position = reduced.time if reduced.time is not None else reduced.position
     sensitivities = np.hstack([derivative * sd[:, None], np.ones((sd.size, 1))])
-    return fit_noise(residual * sd, sensitivities, sd, position)
+    return fit_noise(residual, sensitivities, sd, position)
 
 
 def _white(

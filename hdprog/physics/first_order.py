@@ -27,8 +27,7 @@ def follow(course: Course, driven_by: FloatArray, constant: FloatArray) -> Float
     (draws, samples)
     """
     assert course.time is not None
-    assert course.scales.duration is not None
-    constant = np.maximum(constant, _SHORTEST * course.scales.duration)
+    constant = resolved(course, constant)
     step = np.diff(course.time)
     rate = np.diff(driven_by, axis=1) / step
     behind = rate * constant * -np.expm1(-step / constant)
@@ -36,3 +35,9 @@ def follow(course: Course, driven_by: FloatArray, constant: FloatArray) -> Float
     summed = np.cumsum(behind * growth[:, 1:], axis=1)
     missing = np.concatenate([np.zeros_like(constant), summed / growth[:, 1:]], axis=1)
     return np.asarray(driven_by - missing)
+
+
+def resolved(course: Course, constant: FloatArray) -> FloatArray:
+    """A time constant, but no shorter than a record can resolve."""
+    assert course.scales.duration is not None
+    return np.maximum(constant, _SHORTEST * course.scales.duration)

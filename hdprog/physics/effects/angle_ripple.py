@@ -10,7 +10,9 @@ from hdprog.physics.parameters import FloatArray
 
 
 class AngleRipple(Effect):
-    """Two harmonics of the torsion angle with period p.
+    """Σ_k s_k sin(kφ) + c_k cos(kφ), k = 1, 2, φ = 2πν·Δθ with ν periods in a radian of torsion.
+
+    The two-signal error of an incremental encoder (Heydemann, Appl. Opt. 20 (1981) 3382).
 
     A function of the model's angle: the measured one carries the ripple and its noise.
     """

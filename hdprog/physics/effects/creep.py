@@ -6,7 +6,7 @@ import numpy as np
 
 from hdprog.physics.course import Course, Scales
 from hdprog.physics.effects.base import Effect, EffectParameter, Values, angle_amplitude
-from hdprog.physics.first_order import follow
+from hdprog.physics.first_order import follow, resolved
 from hdprog.physics.parameters import FloatArray
 
 _RATIO = 8.0  # slow over quick time constant
@@ -53,5 +53,5 @@ class Creep(Effect):
         quick, load = values["time_constant"], course.load[None, :]
         shape = 0.5 * (follow(course, load, quick) + follow(course, load, _RATIO * quick))
         assert course.time is not None
-        shape += values["left_before"] * np.exp(-course.time / (_RATIO * quick))
+        shape += values["left_before"] * np.exp(-course.time / resolved(course, _RATIO * quick))
         return np.asarray(values["amplitude"] * shape)

@@ -55,9 +55,9 @@ class Microslip(Effect):
 
     def evaluate(self, course: Course, values: Values, angle: FloatArray) -> FloatArray:
         """See `Effect.evaluate`."""
-        total: FloatArray = np.zeros((values["width"].shape[0], course.path.torque.size))
-        for limit, weight in zip(_LIMITS, _WEIGHTS / _WEIGHTS.sum(), strict=True):
-            limits = limit * values["slip_torque"]
-            # An element that slips early has seen its whole stroke before the first sample.
-            total += weight * jenkins(course, limits, values["initial_state"])
+        draws, many = values["width"].shape[0], _LIMITS.size
+        limits = (values["slip_torque"] * _LIMITS).reshape(-1, 1)
+        initial = np.repeat(values["initial_state"], many, axis=0)
+        states = jenkins(course, limits, initial).reshape(draws, many, -1)
+        total = np.einsum("dkn,k->dn", states, _WEIGHTS / _WEIGHTS.sum())
         return np.asarray(-0.5 * values["width"] * total)

@@ -12,7 +12,7 @@ from hdprog.physics.effects.base import (
     angle_amplitude,
     initial_state,
 )
-from hdprog.physics.first_order import follow
+from hdprog.physics.first_order import follow, resolved
 from hdprog.physics.parameters import FloatArray
 
 
@@ -54,7 +54,7 @@ class ViscousFriction(Effect):
         speed = np.abs(course.rate) / course.scales.rate
         steady = course.path.direction * np.maximum(speed, 1e-9) ** values["exponent"]
         assert course.time is not None
-        fading = np.exp(-course.time / values["memory"])
+        fading = np.exp(-course.time / resolved(course, values["memory"]))
         shape = follow(course, steady, values["memory"])
         shape += (values["initial_state"] - steady[:, :1]) * fading
         return np.asarray(-0.5 * values["width"] * shape)

@@ -1,0 +1,128 @@
+"""The search on loops of an independent simulator, whose effects have shapes of their own.
+
+One fixed loop a case, chosen for its short search: these tests show that the parts work together.
+How often the search is right over many loops is measured by tests/benchmarks/effects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import lru_cache
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from hdprog.config import Drive
+from hdprog.data.loop import Loop
+from hdprog.discovery.model import Model
+from hdprog.discovery.search import THRESHOLD, Traced, pooled, share, trace
+from hdprog.inference.prepare import prepare
+from hdprog.inference.prior_file import read_prior_file
+from hdprog.physics.effects import BY_ID, EFFECTS
+from tests.independent.loops import LoopKind, random_loop
+
+DRIVE = replace(Drive.default(), model="CSF-25-80", rated_torque=63.0, alpha_declared=True)
+PRIOR = read_prior_file("csf-25-80").prior(None)
+
+# Kind of loop, its seed, and the size of each effect in rad (root mean square).
+LOOPS: dict[str, tuple[LoopKind, int, Mapping[str, float]]] = {
+    "clean": ("two-sided", 13, {}),
+    "creep": ("multi-rate", 15, {"creep": 5e-5}),
+    "torque_offset": ("two-sided", 15, {"torque_offset": 1.5e-4}),
+    "tooth_damage": ("one-sided", 13, {"tooth_damage": 8e-5}),
+    "off the list": ("two-sided", 13, {"stick_slip_teeth": 5e-5}),
+    "two at once": ("two-sided", 15, {"slip_jump": 8e-5, "torque_offset": 1.2e-4}),
+}
+
+
+@lru_cache
+def traced(case: str) -> Traced:
+    kind, seed, sizes = LOOPS[case]
+    record = random_loop(np.random.default_rng(seed), kind, effects=sizes, samples=150)
+    loop = Loop(record.torque, record.angle, record.time, record.temperature, record.output_angle)
+    prepared = prepare(loop, DRIVE, np.random.default_rng(0), prior=PRIOR)
+    return trace([prepared], [np.random.SeedSequence(1)])[0]
+
+
+def test_nothing_is_found_on_a_clean_loop() -> None:
+    """At most one clean loop in twenty may get an effect; this one must not."""
+    found = traced("clean")
+    assert found.final is found.base
+    assert (found.final.ids, found.final.term) == ((), None)
+    assert len(found.steps) == 1
+    assert max(found.steps[0].gains.values()) < THRESHOLD
+    assert max(term.gain for term in found.steps[0].terms.values()) < THRESHOLD
+
+
+@pytest.mark.parametrize("name", ["creep", "torque_offset", "tooth_damage"])
+def test_one_effect_is_named_and_nothing_else(name: str) -> None:
+    found = traced(name)
+    assert found.final.ids == (name,)
+    assert found.final.term is None
+    assert found.mechanisms is found.final
+    assert found.final.log_evidence > found.base.log_evidence + 2 * THRESHOLD
+    assert found.final.misfit < 0.8 * found.base.misfit
+    gains = found.steps[0].gains
+    assert max(gains, key=lambda other: gains[other]) == name
+    # The second step looked at all the others and added none.
+    assert len(found.steps) == 2
+    assert name not in found.steps[1].gains
+    assert max(found.steps[1].gains.values(), default=0.0) < max(gains.values())
+
+
+def test_what_is_on_no_list_is_called_unknown() -> None:
+    """Saw teeth on the falling branch: an empirical term over the branch, and no mechanism."""
+    found = traced("off the list")
+    assert found.final.ids == ()
+    assert found.final.term is not None
+    assert found.final.term.coordinate == "branch"
+    assert found.final.misfit < 0.5 * found.base.misfit
+
+
+def test_two_effects_at_once_are_both_named() -> None:
+    found = traced("two at once")
+    assert set(found.final.ids) == {"slip_jump", "torque_offset"}
+    assert found.final.term is None
+    assert len(found.steps) == 3
+
+
+def test_effects_that_a_record_cannot_show_are_not_tried() -> None:
+    found = traced("tooth_damage")
+    assert found.missing["kinematic_error"] == ("output angle",)
+    for name in ("torque_offset", "backlash", "asymmetry"):
+        assert found.missing[name] == ("both signs of torque",)
+    assert not set(found.steps[0].gains) & set(found.missing)
+    tried = set(found.steps[0].gains) | set(found.missing)
+    assert tried == {effect.id for effect in EFFECTS}
+
+
+def test_candidates_can_be_chosen_and_the_same_seed_finds_the_same() -> None:
+    record = traced("clean").prepared
+    candidates = (BY_ID["tooth_damage"], BY_ID["torque_offset"])
+    found = [trace([record], [np.random.SeedSequence(2)], candidates)[0] for _ in range(2)]
+    assert set(found[0].steps[0].gains) == {"tooth_damage", "torque_offset"}
+    assert found[0].steps[0].gains == found[1].steps[0].gains
+    np.testing.assert_array_equal(found[0].final.start.point, found[1].final.start.point)
+
+
+def test_pooled_evidence() -> None:
+    assert pooled([-2.0]) == -2.0
+    # Of two tests, each has it as soon as not: log of the mean of 1 and the Bayes factor.
+    wanted = np.log((1 + np.exp(3.0)) / 2) + np.log((1 + np.exp(-1.0)) / 2)
+    assert pooled([3.0, -1.0]) == pytest.approx(wanted)
+    # However much a test speaks against it, it may simply not have it yet.
+    assert pooled([20.0, -1e6]) == pytest.approx(20.0 - 2 * np.log(2.0), abs=1e-6)
+
+
+def test_share_of_the_explained_error() -> None:
+    def fits(*misfits: float) -> list[Model]:
+        return [cast(Model, SimpleNamespace(misfit=misfit)) for misfit in misfits]
+
+    bases, before, after = fits(9.0, 5.0), fits(5.0, 5.0), fits(3.0, 1.0)
+    assert share(bases, before, after) == pytest.approx(6.0 / 10.0)
+    assert share(bases, bases, after) == 1.0
+    # Where nothing is explained nothing has a share.
+    assert share(bases, before, fits(9.0, 6.0)) == 0.0

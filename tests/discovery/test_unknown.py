@@ -1,0 +1,94 @@
+"""The empirical term: found over the coordinate that carries it, and not on clean loops."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from hdprog.config import Drive
+from hdprog.data.loop import Loop
+from hdprog.discovery.model import Model
+from hdprog.discovery.search import THRESHOLD, base_model
+from hdprog.discovery.unknown import term_gains, with_term
+from hdprog.inference.prepare import prepare
+from hdprog.inference.prior_file import read_prior_file
+from hdprog.physics.drive_model import predict
+from hdprog.physics.parameters import FloatArray
+from tests.physics.table2 import POST_TEST
+
+DRIVE = replace(Drive.default(), model="CSF-25-80", rated_torque=63.0, alpha_declared=True)
+PRIOR = read_prior_file("csf-25-80").prior(None)
+NOISE = 1e-5
+TIME = np.linspace(0.0, 100.0, 193)
+TORQUE = np.interp(TIME, [0, 12.5, 37.5, 62.5, 87.5, 100], [0, 80, -80, 80, -80, 0])
+RISING = np.gradient(TORQUE) > 0
+
+# Courses that no change of the drive's parameters can imitate.
+CURVES: dict[str, FloatArray] = {
+    "time": 6e-5 * np.sin(2 * np.pi * TIME / 20) * np.exp(-0.5 * ((TIME - 55) / 20) ** 2),
+    "torque": 4e-5 * np.cos(2 * np.pi * TORQUE / 64),
+    "branch": 5e-5 * np.sin(2 * np.pi * TORQUE / 70) * RISING,
+}
+
+
+def modelled(curve: FloatArray, seed: int) -> Model:
+    rng = np.random.default_rng(seed)
+    angle = predict(TORQUE, POST_TEST) + curve + NOISE * rng.standard_normal(TIME.size)
+    prepared = prepare(Loop(TORQUE, angle, TIME), DRIVE, rng, prior=PRIOR)
+    return base_model(prepared, rng)
+
+
+def centred(values: FloatArray) -> FloatArray:
+    return values - values.mean()
+
+
+def fitted(model: Model) -> FloatArray:
+    """What drive and empirical term make of the angle, its mean taken out."""
+    likelihood = model.likelihood
+    drive = likelihood.angle(model.start.point[None, :])[0]
+    left = likelihood.reduced.angle - drive
+    return centred(drive + likelihood.noise.smooth_part(left - likelihood.offset(left)))
+
+
+@pytest.mark.parametrize("coordinate", CURVES)
+def test_a_planted_curve_is_recovered(coordinate: str) -> None:
+    """Over its own coordinate, and to less than the noise of a reading."""
+    curve = CURVES[coordinate]
+    model = modelled(curve, seed=4)
+    gains = term_gains(model)
+    best = max(gains, key=lambda name: gains[name].gain)
+    assert best == coordinate
+    assert gains[best].gain > 2 * THRESHOLD
+    wider = with_term(model, gains[best])
+    assert wider.term is not None
+    assert wider.term.coordinate == coordinate
+    assert wider.log_evidence > model.log_evidence + THRESHOLD
+    truth = centred(predict(TORQUE, POST_TEST) + curve)
+    # Parameters and term share what both can imitate: together they must be right.
+    assert np.std(fitted(wider) - truth) < 0.6 * NOISE
+    assert np.std(fitted(model) - truth) > 1.5 * NOISE
+    assert np.std(wider.residual) < 1.1 * NOISE
+
+
+def test_nothing_is_gained_on_clean_loops() -> None:
+    """At most one clean loop in twenty may pass the threshold; 1e-3 to fail at that rate."""
+    loops = 12
+    best = []
+    for seed in range(loops):
+        gains = term_gains(modelled(np.zeros(TIME.size), seed=100 + seed))
+        best.append(max(found.gain for found in gains.values()))
+    assert sum(gain > THRESHOLD for gain in best) <= stats.binom.ppf(0.999, loops, 0.05)
+    # Nor does a typical one come near it.
+    assert np.median(best) < 0.0
+
+
+def test_a_record_without_time_has_no_term_over_time() -> None:
+    rng = np.random.default_rng(5)
+    angle = predict(TORQUE, POST_TEST) + CURVES["time"] + NOISE * rng.standard_normal(TIME.size)
+    prepared = prepare(Loop(TORQUE, angle), DRIVE, rng, prior=PRIOR)
+    gains = term_gains(base_model(prepared, rng))
+    assert "time" not in gains
+    assert max(gains, key=lambda name: gains[name].gain) == "order"
