@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 
 from hdprog.cli.common import AsJson, Seed, command_line, output_folder, print_json
-from hdprog.errors import UsageError
 
 
 class Wear(StrEnum):
@@ -49,11 +48,6 @@ def simulate(
 
     Writes drive.toml, tests.csv, loops/*.csv and truth.json, which holds what was put in.
     """
-    if effects:
-        raise UsageError(
-            f"--effect: found {', '.join(effects)}, expected none: this version simulates the "
-            "drive model alone. Leave --effect out."
-        )
     from hdprog.data.synthetic import write_drive_folder
 
     named = out.name not in ("", "..")  # the folder's name becomes the drive's id
@@ -68,6 +62,7 @@ def simulate(
         max_torque_Nm=max_torque,
         one_sided=one_sided,
         command=command_line(ctx),
+        effects=tuple(effects or ()),
     )
     truth = folder / "truth.json"
     if as_json:

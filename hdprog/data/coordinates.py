@@ -43,6 +43,7 @@ def record_course(loop: Loop, path: TorquePath, torque_noise: float) -> Course:
             duration=None if loop.time is None else float(loop.time[-1]),
             sweep=None if loop.output_angle is None else float(np.ptp(loop.output_angle)),
             readings=count,
+            output_middle=None if loop.output_angle is None else float(loop.output_angle.mean()),
         ),
     )
 

@@ -11,6 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import erf
 
 from hdprog.data.coordinates import record_course
 from hdprog.data.loop import Loop
@@ -19,6 +20,8 @@ from hdprog.physics.parameters import FloatArray
 from hdprog.physics.torque_path import TorquePath
 
 MAX_BLOCKS = 300
+_NARROW = 0.06  # of the largest torque: the reach of the shorter blocks around zero
+_DENSER = 4.0
 _TRAVEL_SHARE = (
     0.7  # the rest of a block's length is counted in readings, so that holds have blocks
 )
@@ -111,9 +114,12 @@ def _block_starts(
     starts = [np.zeros(1, dtype=np.intp)]
     cuts = turning_points.copy()
     cuts[0] = -1
-    travel_total = np.abs(np.diff(torque[turning_points])).sum()
+    # Around zero torque the teeth's stiffness bends within a few Nm: blocks are shorter there.
+    narrow = _NARROW * float(np.max(np.abs(torque)))
+    warped = torque + _DENSER * narrow * erf(torque / narrow)
+    travel_total = np.abs(np.diff(warped[turning_points])).sum()
     for first, last in zip(cuts[:-1] + 1, cuts[1:], strict=True):
-        stretch = torque[first : last + 1]
+        stretch = warped[first : last + 1]
         span = stretch[-1] - stretch[0]
         rising = stretch if span >= 0 else -stretch
         travel = np.maximum.accumulate(rising) - rising[0]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hdprog.atomic import atomic_directory
+from hdprog.data.synthetic_effects import AddedEffects, chosen_effects, rates_of
 from hdprog.data.wear_path import SCENARIOS, worn_parameters
 from hdprog.errors import UsageError
 from hdprog.physics.drive_model import predict
@@ -53,24 +54,52 @@ next_shutdown_hours = 1500.0
 
 def torque_history(max_torque: float, samples: int, cycles: int, *, one_sided: bool) -> FloatArray:
     """Triangular torque from zero through whole cycles back to zero, (samples,) in Nm."""
+    turns = _turning_torques(max_torque, cycles, one_sided=one_sided)
+    travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(turns)))])
+    return np.interp(np.linspace(0.0, travelled[-1], samples), travelled, turns)
+
+
+def reading_times(
+    max_torque: float, samples: int, cycles: int, rates: Sequence[float], *, one_sided: bool
+) -> FloatArray:
+    """Times of the readings of `torque_history`, (samples,) in s.
+
+    Parameters
+    ----------
+    max_torque, samples, cycles, one_sided : as in `torque_history`
+    rates : loading rates relative to the usual one, which the cycles take in turn
+    """
+    legs = np.abs(np.diff(_turning_torques(max_torque, cycles, one_sided=one_sided)))
+    # Two legs a cycle; one more, back to zero, belongs to the last.
+    cycle = np.minimum(np.arange(legs.size) // 2, cycles - 1)
+    lasting = legs / (_LOADING_RATE * np.asarray(rates)[cycle % len(rates)])
+    travelled, passed = (np.concatenate([[0.0], np.cumsum(each)]) for each in (legs, lasting))
+    return np.asarray(np.interp(np.linspace(0.0, travelled[-1], samples), travelled, passed))
+
+
+def _turning_torques(max_torque: float, cycles: int, *, one_sided: bool) -> list[float]:
     turns = [0.0]
     for _ in range(cycles):
         turns += [max_torque, 0.0] if one_sided else [max_torque, -max_torque]
     if turns[-1] != 0.0:
         turns.append(0.0)
-    travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(turns)))])
-    return np.interp(np.linspace(0.0, travelled[-1], samples), travelled, turns)
+    return turns
 
 
 def measured_loop(
-    parameters: Mapping[str, float], torque: FloatArray, rng: np.random.Generator
+    parameters: Mapping[str, float],
+    torque: FloatArray,
+    rng: np.random.Generator,
+    effects: AddedEffects | None = None,
 ) -> dict[str, FloatArray]:
     """What a rig records: time, torque and angle with noise, resolution and an arbitrary zero.
 
     Parameters
     ----------
     parameters : scalars by name
-    torque : (samples,) true torque in Nm
+    torque : (samples,) in Nm: the true torque, or with effects what a sensor without noise reads
+    rng : of noise, zero and initial state, drawn alike with effects and without
+    effects : on this torque, to be added
 
     Returns
     -------
@@ -79,14 +108,19 @@ def measured_loop(
     initial = rng.uniform(-1.0, 1.0) * 1e-4
     values = {name: np.asarray(value) for name, value in parameters.items()}
     angle = predict(torque, values, ALPHA, initial_slip=initial)
+    if effects is not None:
+        angle = angle + effects.added(parameters, initial)
     angle = angle + rng.uniform(-1e-3, 1e-3) + ANGLE_NOISE * rng.standard_normal(angle.size)
     read = torque + TORQUE_NOISE * rng.standard_normal(torque.size)
     travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(torque)))])
-    return {
-        "time_s": travelled / _LOADING_RATE,
+    columns = {
+        "time_s": travelled / _LOADING_RATE if effects is None else effects.time,
         "torque_Nm": np.round(read / TORQUE_STEP) * TORQUE_STEP,
         "angle_rad": np.round(angle / ANGLE_STEP) * ANGLE_STEP,
     }
+    if effects is not None and effects.output_angle is not None:
+        columns["output_angle_rad"] = effects.output_angle
+    return columns
 
 
 def write_drive_folder(
@@ -101,6 +135,7 @@ def write_drive_folder(
     max_torque_Nm: float,
     one_sided: bool,
     command: str,
+    effects: Sequence[str] = (),
 ) -> Path:
     """Simulate a drive and write its folder, `truth.json` included.
 
@@ -111,6 +146,8 @@ def write_drive_folder(
     scenario : a name in `SCENARIOS`
     tests, hours : number of tests, and service hours of the last
     cycles, samples, max_torque_Nm, one_sided : the loop of each test
+    command : that asked for it
+    effects : ids of effects to add in every test; nothing else random changes with them
 
     Returns
     -------
@@ -119,13 +156,14 @@ def write_drive_folder(
     Raises
     ------
     UsageError
-        if the loop asked for cannot be measured
+        if the loop asked for cannot be measured or cannot show an effect, or an effect is unknown
     """
     if max_torque_Nm <= 0 or samples < 20 * cycles:
         raise UsageError(
             f"--max-torque, --samples: found {max_torque_Nm:g} Nm and {samples} samples for "
             f"{cycles} cycles; expected a torque above zero and 20 samples a cycle or more"
         )
+    chosen = chosen_effects(effects, cycles=cycles, one_sided=one_sided)
     rng = np.random.default_rng(seed)
     spacing = rng.uniform(0.8, 1.2, max(tests - 1, 1))
     at = np.concatenate([[0.0], np.cumsum(spacing) / spacing.sum() * hours])[:tests]
@@ -134,6 +172,12 @@ def write_drive_folder(
     wear = SCENARIOS[scenario].course(grid, rng)
     course = worn_parameters(wear)
     torque = torque_history(max_torque_Nm, samples, cycles, one_sided=one_sided)
+    added = None
+    if chosen:
+        rates = rates_of(chosen)
+        time = reading_times(max_torque_Nm, samples, cycles, rates, one_sided=one_sided)
+        new = {name: float(values[0]) for name, values in course.items()}
+        added = AddedEffects.drawn(chosen, new, torque, time, ALPHA, seed)
     rows, truth_tests = [], []
     with atomic_directory(out) as folder:
         (folder / "loops").mkdir()
@@ -145,13 +189,13 @@ def write_drive_folder(
                 for name, value in state.items()
             }
             name = f"t{number:02d}"
-            table = measured_loop(mounted, torque, rng)
-            _write_loop(folder / "loops" / f"{name}.csv", table)
+            table = measured_loop(mounted, torque, rng, added)
+            _write_loop(folder / "loops" / f"{name}.csv", table, quick=added is not None)
             rows.append(f"{name},loops/{name}.csv,{moment:g}")
             truth_tests.append(
                 {"test_id": name, "service_hours": moment, "state": state, "mounted": mounted}
             )
-        truth = {
+        truth: dict[str, Any] = {
             "made_by": command,
             "seed": seed,
             "scenario": scenario,
@@ -160,6 +204,8 @@ def write_drive_folder(
             "crossing_hours": _crossings(grid, course),
             "horizon_hours": HORIZON,
         }
+        if added is not None:
+            truth["effects"] = added.truth()
         limits = "".join(_limit_toml(*limit) for limit in LIMITS)
         (folder / "drive.toml").write_text(
             _DRIVE_TOML.format(name=out.name, limits=limits), "utf-8"
@@ -190,8 +236,14 @@ def _limit_toml(request: FigureRequest, direction: str, threshold: float) -> str
     return "\n".join([*lines, f"{direction} = {threshold}", ""])
 
 
-def _write_loop(path: Path, table: dict[str, FloatArray]) -> None:
-    formats = {"time_s": "{:.3f}", "torque_Nm": "{:.1f}", "angle_rad": "{:.8f}"}
+def _write_loop(path: Path, table: dict[str, FloatArray], *, quick: bool) -> None:
+    """Write a table; `quick` readings follow one another in hundredths of a second."""
+    formats = {
+        "time_s": "{:.6f}" if quick else "{:.3f}",
+        "torque_Nm": "{:.1f}",
+        "angle_rad": "{:.8f}",
+        "output_angle_rad": "{:.8f}",
+    }
     lines = [",".join(table)]
     rows = zip(*table.values(), strict=True)
     lines += [

@@ -175,7 +175,7 @@ def pooled(gains: Sequence[float]) -> float:
 def share(bases: Sequence[Model], before: Sequence[Model], after: Sequence[Model]) -> float:
     """Share of the error explained by `after` that it explains and `before` does not."""
     base, first, second = (sum(model.misfit for model in many) for many in (bases, before, after))
-    return float((first - second) / (base - second)) if base > second else 0.0
+    return float(np.clip((first - second) / (base - second), -1.0, 1.0)) if base > second else 0.0
 
 
 def _step(

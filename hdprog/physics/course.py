@@ -21,6 +21,8 @@ class Scales:
     rate : largest loading rate in Nm/s; None for an untimed record
     duration : in s; None for an untimed record
     sweep : range of the absolute output position in rad; None where it was not recorded
+    output_middle : mean absolute output position in rad, from which its lines' phases count; None
+        where it was not recorded
     readings : number of values along the record, which bounds what frequency can be seen
     """
 
@@ -30,6 +32,7 @@ class Scales:
     duration: float | None
     sweep: float | None
     readings: int
+    output_middle: float | None = None
 
 
 @dataclass(frozen=True)

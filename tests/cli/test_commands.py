@@ -121,6 +121,10 @@ def test_simulate_hands_on_what_was_asked(invoke: Invoke, monkeypatch: pytest.Mo
     assert asked["one_sided"] is True
     assert asked["tests"] == 10
     assert asked["hours"] == 900.0
+    assert asked["effects"] == ()
+    shown = invoke("simulate", "--out", "again", "--effect", "creep", "--effect", "backlash")
+    assert shown.exit_code == 0, shown.stderr
+    assert asked["effects"] == ("creep", "backlash")
 
 
 def test_simulate_offers_the_scenarios_there_are() -> None:
@@ -134,4 +138,15 @@ def test_simulate_refuses_an_effect_it_does_not_know(invoke: Invoke, tmp_path: P
     shown = invoke("simulate", "--out", "made", "--effect", "nosuch")
     assert shown.exit_code == 2
     assert "nosuch" in shown.stderr
+    assert "torque_offset" in shown.stderr
+    assert "slip_jump" in shown.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_simulate_says_what_effects_it_put_in(invoke: Invoke) -> None:
+    effects = ("--effect", "backlash", "--effect", "viscous_friction")
+    shown = invoke("simulate", "--out", "made", "--tests", "1", *effects, "--json")
+    assert shown.exit_code == 0, shown.stderr
+    truth = json.loads(shown.stdout)
+    assert [effect["id"] for effect in truth["effects"]] == ["backlash", "viscous_friction"]
+    assert "--effect backlash --effect viscous_friction" in truth["made_by"]

@@ -90,5 +90,5 @@ def test_a_record_without_time_has_no_term_over_time() -> None:
     angle = predict(TORQUE, POST_TEST) + CURVES["time"] + NOISE * rng.standard_normal(TIME.size)
     prepared = prepare(Loop(TORQUE, angle), DRIVE, rng, prior=PRIOR)
     gains = term_gains(base_model(prepared, rng))
-    assert "time" not in gains
-    assert max(gains, key=lambda name: gains[name].gain) == "order"
+    # Its cycles repeat: a term over the order would explain how they differ from each other.
+    assert not {"time", "order"} & set(gains)

@@ -18,7 +18,7 @@ class AngleRipple(Effect):
     """
 
     id = "angle_ripple"
-    words = "ripple of the angle encoder: periodic in the torsion angle"
+    words = "an error of the angle encoder, periodic in the torsion angle"
     advice = (
         "Align or recalibrate the encoder (offset, gain and phase of its two signals); the drive "
         "is not at fault."

@@ -17,7 +17,7 @@ class Backlash(Effect):
     """
 
     id = "backlash"
-    words = "backlash: a step of the angle where the torque changes sign"
+    words = "a step of the angle where the torque changes sign"
     needs = frozenset({"both signs of torque"})
     advice = (
         "Check the fixing of flange and coupling and tighten them; if the step stays, the teeth "

@@ -23,7 +23,7 @@ class CoulombFriction(Effect):
     """
 
     id = "coulomb_friction"
-    words = "friction that does not depend on load (the loop is wider by a constant)"
+    words = "the loop is wider by the same angle at every load"
     needs = frozenset({"reversal"})
     advice = (
         "Look for drag beside the teeth: seals, bearings, cables. It widens the loop but is no "

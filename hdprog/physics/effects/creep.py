@@ -22,7 +22,7 @@ class Creep(Effect):
     """
 
     id = "creep"
-    words = "creep: the angle keeps growing under load and recovers afterwards"
+    words = "the angle keeps growing under load and recovers afterwards"
     needs = frozenset({"time"})
     advice = (
         "Run every test at the same rate and with the same holds, so that tests compare; bonded "

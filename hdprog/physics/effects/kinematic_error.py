@@ -15,7 +15,7 @@ class KinematicError(Effect):
     """Σ s_i sin(n_i θ) + c_i cos(n_i θ) over two free lines n_1, n_2 a turn of the output (11)."""
 
     id = "kinematic_error"
-    words = "kinematic error: periodic in the output's position"
+    words = "an error periodic in the output's position"
     needs = frozenset({"output angle"})
     advice = "Test at one output position, or subtract the transmission error measured at no load."
 
@@ -55,7 +55,7 @@ class KinematicError(Effect):
     def evaluate(self, course: Course, values: Values, angle: FloatArray) -> FloatArray:
         """See `Effect.evaluate`."""
         assert course.output_angle is not None
-        first = values["lines"] * (course.output_angle - course.output_angle[0])
+        first = values["lines"] * (course.output_angle - (course.scales.output_middle or 0.0))
         second = values["second_ratio"] * first
         total = values["sine"] * np.sin(first) + values["cosine"] * np.cos(first)
         total += values["second_sine"] * np.sin(second) + values["second_cosine"] * np.cos(second)

@@ -29,7 +29,7 @@ class Microslip(Effect):
     """
 
     id = "microslip"
-    words = "micro-slip: corners rounded after each reversal"
+    words = "corners rounded after each reversal"
     needs = frozenset({"reversal"})
     advice = (
         "Contacts slip before the teeth do: check the bolted joints and the wave generator's "

@@ -26,7 +26,7 @@ class StribeckFriction(Effect):
     """
 
     id = "stribeck_friction"
-    words = "Stribeck friction: the loop is narrower the faster it is run"
+    words = "the loop is narrower the faster it is run"
     needs = frozenset({"time", "several loading rates"})
     advice = (
         "Compare tests only at one loading rate; a growing value points to boundary lubrication: "

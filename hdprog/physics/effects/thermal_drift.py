@@ -25,7 +25,7 @@ class ThermalDrift(Effect):
     """
 
     id = "thermal_drift"
-    words = "thermal drift: angle or stiffness changes slowly as the rig warms up"
+    words = "angle or stiffness changes slowly as the rig warms up"
     advice = "Let the rig and the drive warm up before the test, and record the temperature."
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:

@@ -16,7 +16,7 @@ class TorqueSensorHysteresis(Effect):
     """
 
     id = "torque_sensor_hysteresis"
-    words = "hysteresis of the torque sensor: its reading lags by a share of the swing"
+    words = "the torque reading lags by a share of the swing"
     acts_on = "torque"
     needs = frozenset({"reversal"})
     advice = "Check the torque sensor against a reference, up and down; calibrate or replace it."

@@ -25,7 +25,7 @@ class ViscousFriction(Effect):
     """
 
     id = "viscous_friction"
-    words = "viscous friction: the loop is wider the faster it is run"
+    words = "the loop is wider the faster it is run"
     needs = frozenset({"time", "several loading rates"})
     advice = (
         "Compare tests only at one loading rate, and slow ramps down; a growing value points to "
