@@ -34,6 +34,7 @@ from hdprog.reporting.words import capital, counted, listed, parameter_name, tid
 
 TITLE = "What the drive model lacked"
 _FAR = 2.0  # standard deviations from which a shift is told in a sentence
+_PICTURED = 4  # tests of a drive
 _ORIGINS = {
     "wear": "It grows with service hours, as wear does and a fault of the rig does not: it "
     "belongs to the drive.",
@@ -155,6 +156,9 @@ def _drive(found: DriveExplanation) -> tuple[Part, ...]:
             )
         )
     affected = [test for test in found.tests if test.effects]
+    # Each picture weighs some 80 kB: the tests that changed most stand for the others.
+    affected.sort(key=lambda test: test.after.rmse_rad / test.before.rmse_rad)
+    affected = sorted(affected[:_PICTURED], key=found.tests.index)
     parts += [_remaining(found), _carriers(found)]
     if affected:
         parts.append(_bias(affected[-1], f" in test {affected[-1].test_id}"))
