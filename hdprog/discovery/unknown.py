@@ -22,6 +22,8 @@ from hdprog.physics.coordinates import coordinates
 from hdprog.physics.parameters import FloatArray
 
 _ROUNDS = 2
+_READINGS_A_LENGTH = 4.0  # a curve that bends between its readings is their noise
+_LEAST_LOG_SCALE = np.log(0.05)  # of the noise over what the readings show
 _REPEATS = 4  # stretches: two loadings and two unloadings
 TERM_PENALTY = 3.0
 """Log evidence that the term's two numbers must earn."""
@@ -117,10 +119,15 @@ def _best(
     )
     typical = float(np.median(likelihood.noise.white_sd))
     best = (0.0, LENGTHS[0], -np.inf)
+    shortest = _READINGS_A_LENGTH * repeated / residual.size
     for length in LENGTHS:
+        if length < shortest and length != LENGTHS[0]:
+            continue
         shape = np.tile(spectrum(length), repeated)
 
         def loss(x: FloatArray, shape: FloatArray = shape) -> float:
+            if x[0] < _LEAST_LOG_SCALE:
+                return np.inf
             size = typical * np.exp(x[1] + x[0])
             return -columns.log_marginal(np.append(own, size * shape), x[0])
 

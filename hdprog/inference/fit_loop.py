@@ -154,6 +154,12 @@ def sample_posterior(
             f"{min(diagnostics.ess_bulk.min(), diagnostics.ess_tail.min()):.0f}): its numbers "
             "are not to be relied on.",
         )
+    beside = [effect.id.replace("_", " ") for effect in likelihood.effects]
+    if beside:
+        warnings.append(
+            "Width, loss, lost motion and stiffness are those of the drive model's part alone: "
+            f"what {' and '.join(beside)} adds to the loop is not in them."
+        )
     if sampling.get("pareto_k", 0.0) > PARETO_K_LIMIT:
         warnings.append(
             "The effects' parameters are drawn from a model that is linear in them, and this record"

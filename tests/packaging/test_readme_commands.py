@@ -23,7 +23,7 @@ def test_the_two_commands_are_one_line_each() -> None:
 def test_console_commands_exist() -> None:
     known = typer.main.get_command(app).commands  # type: ignore[attr-defined]
     shown = [shlex.split(line) for line in console_commands(TEXT)]
-    assert {words[1] for words in shown} == {"check", "fit", "run"}
+    assert {words[1] for words in shown} == {"check", "explain", "fit", "run"}
     for words in shown:
         assert words[0] == "hdprog"
         options = {option for param in known[words[1]].params for option in param.opts}

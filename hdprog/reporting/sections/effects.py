@@ -35,6 +35,10 @@ from hdprog.reporting.words import capital, counted, listed, parameter_name, tid
 TITLE = "What the drive model lacked"
 _FAR = 2.0  # standard deviations from which a shift is told in a sentence
 _PICTURED = 4  # tests of a drive
+_NOT_PREDICTED = (
+    " It describes this record and does not predict the parts of it that were left out: take it as "
+    "a drawing of what remains, no more."
+)
 _ORIGINS = {
     "wear": "It grows with service hours, as wear does and a fault of the rig does not: it "
     "belongs to the drive.",
@@ -236,7 +240,8 @@ def _evidence(effect: FoundEffect) -> str:
     return (
         f"{name} carries {_share(effect.share)} of the error that can be explained. With it the "
         f"log evidence rises by {rounded(effect.log_evidence_gain, 2.0)}, and the expected log "
-        f"predictive density on left-out blocks by {gain} (one standard error)."
+        f"predictive density on left-out blocks {'changes' if effect.elpd_gain < 0 else 'rises'} "
+        f"by {gain} (one standard error)." + (_NOT_PREDICTED if effect.elpd_gain < 0 else "")
     )
 
 
