@@ -22,7 +22,7 @@ from hdprog.physics.coordinates import coordinates
 from hdprog.physics.parameters import FloatArray
 
 _ROUNDS = 2
-_READINGS_A_LENGTH = 4.0  # a curve that bends between its readings is their noise
+_READINGS_A_LENGTH = 1.0  # a curve that bends between its readings is their noise
 _LEAST_LOG_SCALE = np.log(0.05)  # of the noise over what the readings show
 _REPEATS = 4  # stretches: two loadings and two unloadings
 TERM_PENALTY = 3.0

@@ -18,11 +18,14 @@ import pytest
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.discovery.model import Model
-from hdprog.discovery.search import THRESHOLD, Traced, pooled, share, trace
+from hdprog.discovery.search import THRESHOLD, Traced, base_model, pooled, share, trace
+from hdprog.discovery.unknown import term_gains
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import read_prior_file
+from hdprog.physics.drive_model import predict
 from hdprog.physics.effects import BY_ID, EFFECTS
 from tests.independent.loops import LoopKind, random_loop
+from tests.physics.table2 import POST_TEST
 
 DRIVE = replace(Drive.default(), model="CSF-25-80", rated_torque=63.0, alpha_declared=True)
 PRIOR = read_prior_file("csf-25-80").prior(None)
@@ -126,3 +129,14 @@ def test_share_of_the_explained_error() -> None:
     assert share(bases, bases, after) == 1.0
     # Where nothing is explained nothing has a share.
     assert share(bases, before, fits(9.0, 6.0)) == 0.0
+
+
+@pytest.mark.parametrize("seed", [0, 1, 6])
+def test_a_short_record_is_not_drawn_through_its_noise(seed: int) -> None:
+    """Forty-nine readings: a free curve could pass through every one of them."""
+    quarter = np.linspace(0, 63, 13)
+    torque = np.concatenate([quarter, quarter[-2::-1], -quarter[1:], -quarter[-2::-1]])
+    noise = np.random.default_rng(seed).standard_normal(torque.size)
+    loop = Loop(torque, predict(torque, POST_TEST) + 1e-5 * noise)
+    found = base_model(prepare(loop, DRIVE, np.random.default_rng(0)), np.random.default_rng(0))
+    assert max(term.gain for term in term_gains(found).values()) < THRESHOLD
