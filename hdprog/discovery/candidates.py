@@ -11,7 +11,6 @@ import numpy as np
 from hdprog.discovery.model import Model, settled
 from hdprog.inference.effect_starts import effect_starts, search_widely
 from hdprog.inference.likelihood import COUNT
-from hdprog.inference.noise import NoiseModel
 from hdprog.inference.starting_points import describe, starting_points
 from hdprog.physics.effects.base import Effect
 
@@ -89,8 +88,7 @@ def _settled(candidate: Model, simpler: Model) -> list[Model]:
 
 
 def _beside_white(model: Model) -> Model:
-    noise = NoiseModel.white(model.likelihood.noise.white_sd)
-    likelihood = replace(model.likelihood, noise=noise)
+    likelihood = replace(model.likelihood, noise=model.likelihood.noise.as_white)
     starts = [describe(likelihood, start.point) for start in model.starts]
     return Model(likelihood, tuple(sorted(starts, key=lambda start: start.deviance)))
 
@@ -103,6 +101,6 @@ def without(model: Model, removed: str, rng: np.random.Generator) -> Model:
     for effect in likelihood.effects:
         kept += [effect.id != removed] * len(effect.parameters(scales))
     fewer = tuple(effect for effect in likelihood.effects if effect.id != removed)
-    white = replace(likelihood, effects=fewer, noise=NoiseModel.white(likelihood.noise.white_sd))
+    white = replace(likelihood, effects=fewer, noise=likelihood.noise.as_white)
     known = [start.point[np.array(kept)] for start in model.starts[:2]]
     return settled(white, starting_points(white, rng, starts=2, known=known))

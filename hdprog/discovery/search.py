@@ -117,6 +117,7 @@ def trace(
     ]
     steps: list[list[Step]] = [[] for _ in records]
     taken: list[str] = []
+    remaining: list[Mapping[str, TermGain]] | None = None
     for _ in range(_MOST_STEPS):
         offered = [
             [effect for effect in effects if effect.id not in taken and not lacking[effect.id]]
@@ -132,16 +133,19 @@ def trace(
             if not taken:
                 bases = [step.before for step in now]
             models = [step.before for step in now]
-            if _choose(now, bases, further=bool(taken)) is None:
-                continue
-            models = [_joined(step, chosen) for step in now]
-            taken.append(chosen)
         for record_steps, step in zip(steps, now, strict=True):
             record_steps.append(step)
-        if chosen is None or len(taken) == _MOST_EFFECTS:
+        if chosen is None:
+            remaining = [step.terms for step in now]
+            break
+        if _choose(now, bases, further=bool(taken)) is None:
+            continue
+        models = [_joined(step, chosen) for step in now]
+        taken.append(chosen)
+        if len(taken) == _MOST_EFFECTS:
             break
         models, taken = _checked_back(models, bases, taken, rngs)
-    finals = _with_unknown(bases, models)
+    finals = _with_unknown(bases, models, remaining)
     return tuple(
         Traced(
             prepared=record,
@@ -252,13 +256,23 @@ def _checked_back(
     return models, taken
 
 
-def _with_unknown(bases: Sequence[Model], models: Sequence[Model]) -> list[Model]:
-    """Add an empirical term where structure remains, or put it in the mechanisms' place."""
-    named = any(model.ids for model in models)
-    alone, alone_gain = _best_term(bases)
-    if not named:
-        return alone if alone_gain > 0 else list(bases)
-    wider, gain = _best_term(models)
+def _with_unknown(
+    bases: Sequence[Model],
+    models: Sequence[Model],
+    remaining: Sequence[Mapping[str, TermGain]] | None,
+) -> list[Model]:
+    """Add an empirical term where structure remains, or put it in the mechanisms' place.
+
+    `remaining` are the terms over `models`, where the last step has found them already.
+    """
+    remaining = [term_gains(model) for model in models] if remaining is None else remaining
+    best, gain = _best_term(remaining)
+    if not any(model.ids for model in models):
+        return _with_term(models, remaining, best) if gain > 0 else list(bases)
+    wider = _with_term(models, remaining, best)
+    own = [term_gains(model) for model in bases]
+    best_alone, alone_gain = _best_term(own)
+    alone = _with_term(bases, own, best_alone)
     floor = min(sum(model.misfit for model in many) for many in (wider, alone))
     base, left = sum(model.misfit for model in bases), sum(model.misfit for model in models)
     evidence = sum(
@@ -273,14 +287,8 @@ def _with_unknown(bases: Sequence[Model], models: Sequence[Model]) -> list[Model
     return list(models)
 
 
-def _best_term(models: Sequence[Model]) -> tuple[list[Model], float]:
-    """Models with the empirical term that gains most over all of them.
-
-    Returns
-    -------
-    the models, and by how much the gain is above its threshold
-    """
-    terms = [term_gains(model) for model in models]
+def _best_term(terms: Sequence[Mapping[str, TermGain]]) -> tuple[str, float]:
+    """Coordinate whose empirical term gains most, and by how much that is above its threshold."""
     names = set.intersection(*(set(found) for found in terms))
     gains = {
         name: pooled([found[name].gain for found in terms])
@@ -288,7 +296,16 @@ def _best_term(models: Sequence[Model]) -> tuple[list[Model], float]:
         for name in sorted(names)
     }
     best = max(gains, key=lambda name: gains[name])
+    return best, gains[best]
+
+
+def _with_term(
+    models: Sequence[Model], terms: Sequence[Mapping[str, TermGain]], coordinate: str
+) -> list[Model]:
+    """The models with the empirical term over a coordinate, where it gains anything."""
     return [
-        with_term(model, found[best]) if found[best].gain > 0 or len(models) == 1 else model
+        with_term(model, found[coordinate])
+        if found[coordinate].gain > 0 or len(models) == 1
+        else model
         for model, found in zip(models, terms, strict=True)
-    ], gains[best]
+    ]

@@ -69,7 +69,7 @@ def term_gains(model: Model) -> Mapping[str, TermGain]:
     """
     course = model.likelihood.reduced.course
     found: dict[str, TermGain] = {}
-    white = replace(model.likelihood, noise=NoiseModel.white(model.likelihood.noise.white_sd))
+    white = replace(model.likelihood, noise=model.likelihood.noise.as_white)
     choices = [(model.likelihood, 0.0)]
     if model.likelihood.noise.log_ratio is not None:
         choices.append((white, _white_loss(model, white)))

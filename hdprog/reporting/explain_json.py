@@ -17,7 +17,7 @@ from hdprog.explanation import (
 )
 from hdprog.physics.parameters import BY_NAME, FloatArray
 from hdprog.reporting.pooled import pooled_carriers, pooled_errors, root_mean_square
-from hdprog.reporting.summary import level_name
+from hdprog.reporting.summary import number, quantiles
 from hdprog.reporting.words import quantity
 from hdprog.results import DriveResult
 
@@ -55,22 +55,22 @@ def explain_json(result: DriveResult) -> dict[str, Any]:
 def _record(found: Explanation) -> dict[str, Any]:
     return {
         "test_id": found.test_id,
-        "service_hours": _number(found.service_hours),
+        "service_hours": number(found.service_hours),
         "converged": found.converged,
         "verdict": found.verdict,
-        "noise_floor_rad": _number(found.noise_floor_rad),
-        "repeatability_rad": _number(found.repeatability_rad),
-        "outlier_fraction": _number(found.outlier_fraction),
+        "noise_floor_rad": number(found.noise_floor_rad),
+        "repeatability_rad": number(found.repeatability_rad),
+        "outlier_fraction": number(found.outlier_fraction),
         "before": _errors(found.before),
         "after": _errors(found.after),
         "branch_rmse_rad": {
-            name: {"before": _number(before), "after": _number(after)}
+            name: {"before": number(before), "after": number(after)}
             for name, (before, after) in found.branch_rmse.items()
         },
         "carried_by": [_carrier(carrier) for carrier in found.carried_by],
         "effects": [_effect(effect) for effect in found.effects],
         "considered": [_considered(effect) for effect in found.considered],
-        "strained": {name: _number(value) for name, value in found.strained.items()},
+        "strained": {name: number(value) for name, value in found.strained.items()},
         **_before_after(found),
         "remaining_hours_before": None,
         "remaining_hours_after": None,
@@ -84,9 +84,9 @@ def _drive(found: DriveExplanation) -> dict[str, Any]:
     return {
         "converged": all(test.converged for test in tests),
         "verdict": found.verdict,
-        "noise_floor_rad": _number(root_mean_square(t.noise_floor_rad for t in tests)),
-        "repeatability_rad": _number(root_mean_square(t.repeatability_rad for t in tests)),
-        "outlier_fraction": _number(math.fsum(t.outlier_fraction for t in tests) / len(tests)),
+        "noise_floor_rad": number(root_mean_square(t.noise_floor_rad for t in tests)),
+        "repeatability_rad": number(root_mean_square(t.repeatability_rad for t in tests)),
+        "outlier_fraction": number(math.fsum(t.outlier_fraction for t in tests) / len(tests)),
         "before": _errors(pooled_errors(tests, lambda test: test.before)),
         "after": _errors(pooled_errors(tests, lambda test: test.after)),
         "carried_by": [_carrier(carrier) for carrier in pooled_carriers(tests)],
@@ -102,46 +102,36 @@ def _drive(found: DriveExplanation) -> dict[str, Any]:
     }
 
 
-def _number(value: float | None) -> float | None:
-    if value is None or not math.isfinite(value):
-        return None
-    return float(value)
-
-
-def _quantiles(levels: Mapping[float, Any]) -> dict[str, float | None]:
-    return {level_name(level): _number(value) for level, value in sorted(levels.items())}
-
-
 def _by_name(values: Mapping[str, Quantiles]) -> dict[str, dict[str, float | None]]:
-    return {name: _quantiles(levels) for name, levels in values.items()}
+    return {name: quantiles(levels) for name, levels in values.items()}
 
 
 def _hours(levels: Mapping[float, float | None] | None) -> dict[str, float | None] | None:
-    return None if levels is None else _quantiles(levels)
+    return None if levels is None else quantiles(levels)
 
 
 def _amplitude(row: FloatArray) -> dict[str, Any]:
     hours, low, middle, high = map(float, row)
     return {
-        "service_hours": _number(hours),
-        "rms_rad": {"q05": _number(low), "q50": _number(middle), "q95": _number(high)},
+        "service_hours": number(hours),
+        "rms_rad": {"q05": number(low), "q50": number(middle), "q95": number(high)},
     }
 
 
 def _errors(errors: ErrorFigures) -> dict[str, float | None]:
     return {
-        "rmse_rad": _number(errors.rmse_rad),
-        "heldout_rmse_rad": _number(errors.heldout_rmse_rad),
-        "reversal_rmse_rad": _number(errors.reversal_rmse_rad),
-        "lag1": _number(errors.lag1),
+        "rmse_rad": number(errors.rmse_rad),
+        "heldout_rmse_rad": number(errors.heldout_rmse_rad),
+        "reversal_rmse_rad": number(errors.reversal_rmse_rad),
+        "lag1": number(errors.lag1),
     }
 
 
 def _carrier(carrier: Carrier) -> dict[str, Any]:
     return {
         "coordinate": carrier.coordinate,
-        "fraction": _number(carrier.fraction),
-        "p_value": _number(carrier.p_value),
+        "fraction": number(carrier.fraction),
+        "p_value": number(carrier.p_value),
     }
 
 
@@ -150,10 +140,10 @@ def _effect(effect: FoundEffect) -> dict[str, Any]:
         "id": effect.id,
         "words": effect.words,
         "coordinate": effect.coordinate,
-        "log_evidence_gain": _number(effect.log_evidence_gain),
-        "elpd_gain": _number(effect.elpd_gain),
-        "elpd_se": _number(effect.elpd_se),
-        "share": _number(effect.share),
+        "log_evidence_gain": number(effect.log_evidence_gain),
+        "elpd_gain": number(effect.elpd_gain),
+        "elpd_se": number(effect.elpd_se),
+        "share": number(effect.share),
         "parameters": _by_name(effect.parameters),
         "units": dict(effect.units),
         "indistinguishable_from": list(effect.indistinguishable_from),
@@ -167,9 +157,9 @@ def _considered(effect: ConsideredEffect) -> dict[str, Any]:
     return {
         "id": effect.id,
         "words": effect.words,
-        "log_evidence_gain": _number(effect.log_evidence_gain),
-        "elpd_gain": _number(effect.elpd_gain),
-        "elpd_se": _number(effect.elpd_se),
+        "log_evidence_gain": number(effect.log_evidence_gain),
+        "elpd_gain": number(effect.elpd_gain),
+        "elpd_se": number(effect.elpd_se),
         "why_not": effect.why_not,
     }
 

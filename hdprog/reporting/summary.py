@@ -42,7 +42,7 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
             "label": said.label,
             "text": said.text,
         },
-        "next_test_hours": _number(next_test_hours(result)),
+        "next_test_hours": number(next_test_hours(result)),
         "tests": [_test(test) for test in result.tests],
         "trend": None if result.trend is None else _trend(result.trend),
         "forecast": [_forecast(forecast) for forecast in result.forecasts],
@@ -52,14 +52,15 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
     }
 
 
-def _number(value: float | None) -> float | None:
+def number(value: float | None) -> float | None:
+    """A finite number as JSON has it, else null."""
     if value is None or not math.isfinite(value):
         return None
     return float(value)
 
 
 def _numbers(values: Iterable[float]) -> list[float | None]:
-    return [_number(float(value)) for value in values]
+    return [number(float(value)) for value in values]
 
 
 def level_name(level: float) -> str:
@@ -67,8 +68,9 @@ def level_name(level: float) -> str:
     return f"q{round(100 * level):02d}"
 
 
-def _quantiles(levels: Mapping[float, Any]) -> dict[str, float | None]:
-    return {level_name(level): _number(value) for level, value in sorted(levels.items())}
+def quantiles(levels: Mapping[float, Any]) -> dict[str, float | None]:
+    """Values by level under the names of the contract, q05 and so on."""
+    return {level_name(level): number(value) for level, value in sorted(levels.items())}
 
 
 def _drive(result: DriveResult) -> dict[str, Any]:
@@ -76,44 +78,44 @@ def _drive(result: DriveResult) -> dict[str, Any]:
     return {
         "id": drive.id,
         "model": drive.model,
-        "ratio": _number(drive.ratio),
-        "alpha_deg": _number(round(math.degrees(drive.alpha), 9)),
-        "rated_torque_Nm": _number(drive.rated_torque),
-        "reference_torque_Nm": _number(drive.reference_torque),
+        "ratio": number(drive.ratio),
+        "alpha_deg": number(round(math.degrees(drive.alpha), 9)),
+        "rated_torque_Nm": number(drive.rated_torque),
+        "reference_torque_Nm": number(drive.reference_torque),
     }
 
 
 def _parameter(summary: ParameterSummary) -> dict[str, float | None]:
     return {
-        "mean": _number(summary.mean),
-        "sd": _number(summary.sd),
-        **_quantiles(summary.quantiles),
-        "rhat": _number(summary.rhat),
-        "ess_bulk": _number(summary.ess_bulk),
-        "ess_tail": _number(summary.ess_tail),
-        "contraction": _number(summary.contraction),
+        "mean": number(summary.mean),
+        "sd": number(summary.sd),
+        **quantiles(summary.quantiles),
+        "rhat": number(summary.rhat),
+        "ess_bulk": number(summary.ess_bulk),
+        "ess_tail": number(summary.ess_tail),
+        "contraction": number(summary.contraction),
     }
 
 
 def _test(test: TestResult) -> dict[str, Any]:
     return {
         "test_id": test.test_id,
-        "service_hours": _number(test.service_hours),
+        "service_hours": number(test.service_hours),
         "date": test.date,
         "note": test.note,
         "event": test.event,
         "converged": test.converged,
         "parameters": {name: _parameter(value) for name, value in test.parameters.items()},
-        "figures": {key: _quantiles(levels) for key, levels in test.figures.items()},
+        "figures": {key: quantiles(levels) for key, levels in test.figures.items()},
         "effects": list(test.effects),
-        "rmse_rad": _number(test.rmse_rad),
-        "noise_floor_rad": _number(test.noise_floor_rad),
-        "outlier_fraction": _number(test.outlier_fraction),
-        "residual_correlation": _number(test.residual_correlation),
+        "rmse_rad": number(test.rmse_rad),
+        "noise_floor_rad": number(test.noise_floor_rad),
+        "outlier_fraction": number(test.outlier_fraction),
+        "residual_correlation": number(test.residual_correlation),
         "noise_model": test.noise_model,
         "prior": test.prior_name,
         "samples": len(test.loop),
-        "diagnostics": {name: _number(value) for name, value in test.diagnostics.items()},
+        "diagnostics": {name: number(value) for name, value in test.diagnostics.items()},
         "warnings": list(test.warnings),
     }
 
@@ -122,7 +124,7 @@ def _trend(trend: TrendSummary) -> dict[str, Any]:
     return {
         "model": trend.model,
         "converged": trend.converged,
-        "hyperparameters": {n: _quantiles(v) for n, v in trend.hyperparameters.items()},
+        "hyperparameters": {n: quantiles(v) for n, v in trend.hyperparameters.items()},
         "carried_by_prior": list(trend.carried_by_prior),
         "figures": {
             key: {
@@ -134,7 +136,7 @@ def _trend(trend: TrendSummary) -> dict[str, Any]:
             }
             for key, figure in trend.figures.items()
         },
-        "diagnostics": {name: _number(value) for name, value in trend.diagnostics.items()},
+        "diagnostics": {name: number(value) for name, value in trend.diagnostics.items()},
         "warnings": list(trend.warnings),
     }
 
@@ -143,17 +145,17 @@ def _forecast(forecast: Forecast) -> dict[str, Any]:
     limit = forecast.limit
     return {
         "quantity": FIRST_LIMIT if limit is None else limit.quantity,
-        "limit": None if limit is None else _number(limit.threshold),
+        "limit": None if limit is None else number(limit.threshold),
         "direction": None if limit is None else limit.direction,
-        "at_torque_Nm": None if limit is None else _number(limit.at_torque_Nm),
-        "now_hours": _number(forecast.now_hours),
+        "at_torque_Nm": None if limit is None else number(limit.at_torque_Nm),
+        "now_hours": number(forecast.now_hours),
         "already_crossed": forecast.already_crossed,
-        "acceptable_risk": _number(forecast.acceptable_risk),
-        "horizon_hours": _number(forecast.horizon_hours),
-        "inspect_before_hours": _number(forecast.inspect_before_hours),
-        "probability_crossed_by_shutdown": _number(forecast.probability_crossed_by_shutdown),
-        "probability_crossed_by_horizon": _number(forecast.probability_crossed_by_horizon),
-        "remaining_hours": _quantiles(forecast.remaining_hours),
+        "acceptable_risk": number(forecast.acceptable_risk),
+        "horizon_hours": number(forecast.horizon_hours),
+        "inspect_before_hours": number(forecast.inspect_before_hours),
+        "probability_crossed_by_shutdown": number(forecast.probability_crossed_by_shutdown),
+        "probability_crossed_by_horizon": number(forecast.probability_crossed_by_horizon),
+        "remaining_hours": quantiles(forecast.remaining_hours),
         "crossing_probability": [_numbers(pair) for pair in forecast.crossing_probability],
     }
 
