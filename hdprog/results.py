@@ -86,6 +86,8 @@ class TestResult:
     noise_model: str  # "white" or the named model of correlated noise, in words
     diagnostics: Mapping[str, float]  # ensembles, walkers, steps, burn_in, tau, acceptance, seconds
     warnings: tuple[str, ...]
+    figures_with_effects: Mapping[str, Mapping[float, float]] = field(default_factory=dict)
+    """Width, loss and lost motion with lasting effects in them; empty where there are none."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +120,7 @@ class TrendSummary:
     diagnostics: Mapping[str, float]
     converged: bool
     warnings: tuple[str, ...]
+    followed: tuple[str, ...] = ()  # effects whose amplitudes are part of the state
 
 
 @dataclass(frozen=True)

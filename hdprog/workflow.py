@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -22,7 +22,6 @@ from hdprog.discovery.search import trace
 from hdprog.errors import UsageError
 from hdprog.explanation import DriveExplanation
 from hdprog.inference.fit_loop import FULL, QUICK, fit_loop
-from hdprog.inference.likelihood import COUNT, Linearised
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import prior_of_drive
@@ -32,38 +31,11 @@ from hdprog.outcome import ExplainOutcome, Outcome
 from hdprog.parallel import hold_blas_to_one_thread, process_executor
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.base import Effect
-from hdprog.physics.parameters import FloatArray
 from hdprog.results import DriveResult, Forecast, Provenance, TestResult, TrendSummary
 from hdprog.tests_of_drive import FittedTest, close_tests, fit_tests
 
 Progress = Callable[[str, int, int], None]
 _PACKAGES = ("numpy", "scipy", "emcee", "arviz")
-
-
-@dataclass(frozen=True)
-class _TestEvidence:
-    """A fitted test as the trend takes it: its likelihood, relinearised wherever asked."""
-
-    service_hours: float
-    event: str | None
-    load_hours: float | None
-    temperature_C: float | None
-    fitted: Posterior
-    variance: float = field(init=False)
-    others: FloatArray = field(init=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "variance", float(np.mean(self.fitted.noise_scale**2)))
-        object.__setattr__(self, "others", self.fitted.points[:, COUNT:].mean(axis=0))
-
-    @property
-    def posterior(self) -> FloatArray:
-        """(draws, 8) unconstrained coordinates."""
-        return self.fitted.coordinates
-
-    def linearise(self, coordinates: FloatArray) -> Linearised:
-        """Information form of the likelihood at coordinates (8,)."""
-        return self.fitted.likelihood.linearise(coordinates, self.variance, self.others)
 
 
 def effects_named(ids: Sequence[str]) -> tuple[Effect, ...]:
@@ -256,7 +228,8 @@ def run(
     if progress is not None:
         progress("trend", 0, 1)
     started = time.perf_counter()
-    summary, forecasts = _outlook(folder, posteriors, seeds, quick)
+    worn = () if explanation is None else _brought_by_wear(explanation)
+    summary, forecasts = _outlook(folder, posteriors, seeds, quick, worn)
     if explanation is not None:
         remaining = _remaining(forecasts)
         earlier = remaining
@@ -286,14 +259,21 @@ def _outlook(
     posteriors: tuple[Posterior, ...],
     seeds: Sequence[np.random.SeedSequence],
     quick: bool,
+    lasting: tuple[Effect, ...] = (),
 ) -> tuple[TrendSummary, tuple[Forecast, ...]]:
-    """Trend over the tests and first crossings of the limits."""
+    """Trend over the tests, with effects that wear has brought, and first crossings of limits."""
     from hdprog.forecast.crossing import forecast
+    from hdprog.trend.followed_effects import FollowedEffects
+    from hdprog.trend.loop_evidence import FittedLoop
     from hdprog.trend.trend import fit_trend
     from hdprog.trend.wear_prior import read_wear_prior
 
+    followed = None
+    if lasting:
+        found = [(one.likelihood.reduced.course.scales, one.effect_values) for one in posteriors]
+        followed = FollowedEffects.of(lasting, found)
     evidence = tuple(
-        _TestEvidence(test.service_hours, test.event, None, test.temperature_C, posterior)
+        FittedLoop.of(posterior, test.service_hours, test.event, test.temperature_C, followed)
         for test, posterior in zip(folder.tests, posteriors, strict=True)
     )
     trend = fit_trend(
@@ -303,11 +283,20 @@ def _outlook(
         np.random.default_rng(seeds[-2]),
         quick=quick,
         alpha=folder.drive.alpha,
+        followed=followed,
     )
     rng = np.random.default_rng(seeds[-1])
     operation = posteriors[0].operation
     forecasts = forecast(trend, folder.drive, operation, rng)
     return trend.summary(folder.drive, operation, rng), forecasts
+
+
+def _brought_by_wear(explanation: DriveExplanation) -> tuple[Effect, ...]:
+    """Lasting effects that grow with wear and are part of the steady cycle."""
+    grown = [
+        BY_ID[one.id] for one in explanation.effects if one.origin == "wear" and one.id in BY_ID
+    ]
+    return tuple(effect for effect in grown if effect.lasting and effect.static)
 
 
 def _remaining(forecasts: tuple[Forecast, ...]) -> dict[float, float | None] | None:

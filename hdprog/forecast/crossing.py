@@ -158,7 +158,7 @@ def forecast(
     if not limits:
         return ()
     paths = trend.wandering_paths(hours, rng, draws, load_factor)
-    each = [margins(limit, paths, trend.prior, operation) for limit in limits]
+    each = [margins(limit, paths, trend.prior, operation, trend.followed) for limit in limits]
     found = [
         _result(limit, first_crossing(hours, [margin]), settings)
         for limit, margin in zip(limits, each, strict=True)

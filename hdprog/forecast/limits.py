@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from hdprog.inference.priors import Prior
 from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.figure_paths import figure_paths
+from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.trend import Paths
 from hdprog.trend.wear_coordinates import to_loop
 
@@ -37,7 +39,13 @@ def request_of(limit: Limit) -> FigureRequest:
     return FigureRequest(limit.quantity, limit.at_torque_Nm)
 
 
-def margins(limit: Limit, paths: Paths, prior: Prior, operation: Operation) -> Margins:
+def margins(
+    limit: Limit,
+    paths: Paths,
+    prior: Prior,
+    operation: Operation,
+    followed: FollowedEffects | None = None,
+) -> Margins:
     """Margins of paths to a limit.
 
     Parameters
@@ -46,17 +54,20 @@ def margins(limit: Limit, paths: Paths, prior: Prior, operation: Operation) -> M
     paths : of the state
     prior : that the coordinates belong to
     operation : what the figure refers to
+    followed : effects that width, loss and lost motion contain
     """
     request = request_of(limit)
-    values = figure_paths(request, paths.coordinates, prior, operation)
+
+    def figure(coordinates: FloatArray) -> FloatArray:
+        return figure_paths(request, coordinates, prior, operation, followed)
+
+    values = figure(paths.coordinates)
     sign = 1.0 if limit.direction == "above" else -1.0
-    return Margins(
-        sign * (limit.threshold - values), _wander(request, values, paths, prior, operation)
-    )
+    return Margins(sign * (limit.threshold - values), _wander(figure, values, paths))
 
 
 def _wander(
-    request: FigureRequest, values: FloatArray, paths: Paths, prior: Prior, operation: Operation
+    figure: Callable[[FloatArray], FloatArray], values: FloatArray, paths: Paths
 ) -> FloatArray:
     """Variance of a figure gathered at random between the times, by its slopes.
 
@@ -70,7 +81,7 @@ def _wander(
 
     def slope(direction: FloatArray) -> FloatArray:
         moved = to_loop(paths.states[:, at] + _STEP * direction)
-        slopes = (figure_paths(request, moved, prior, operation) - values[:, at]) / _STEP
+        slopes = (figure(moved) - values[:, at]) / _STEP
         return np.asarray((1 - share) * slopes[:, place] + share * slopes[:, after])
 
     wander = paths.shared * slope(paths.direction) ** 2

@@ -157,8 +157,9 @@ def sample_posterior(
     beside = [effect.id.replace("_", " ") for effect in likelihood.effects]
     if beside:
         warnings.append(
-            "Width, loss, lost motion and stiffness are those of the drive model's part alone: "
-            f"what {' and '.join(beside)} adds to the loop is not in them."
+            "The figures of merit are those of the eight parameters: what "
+            f"{' and '.join(beside)} adds to the loop is not in them. Width, loss and lost motion "
+            "with lasting effects included are given beside them where there are any."
         )
     if sampling.get("pareto_k", 0.0) > PARETO_K_LIMIT:
         warnings.append(

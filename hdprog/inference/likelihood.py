@@ -36,22 +36,6 @@ _STEP = 1e-4  # of the finite differences, in unconstrained coordinates (of orde
 
 
 @dataclass(frozen=True)
-class Linearised:
-    """Likelihood of a loop in information form: log L(x) ≈ const − ½ xᵀΛx + ηᵀx.
-
-    Attributes
-    ----------
-    precision : (8, 8) Λ, Gauss-Newton curvature, never negative
-    information : (8,) η
-    log_likelihood : at the point of linearisation, nuisances at their best, up to a constant
-    """
-
-    precision: FloatArray
-    information: FloatArray
-    log_likelihood: float
-
-
-@dataclass(frozen=True)
 class HeldEffects:
     """Effects held at their best values while what they may vary by is part of the noise.
 
@@ -213,36 +197,6 @@ class LoopLikelihood:
         residual = self.residual(points)
         derivative = (residual[1 : self.size + 1] - residual[self.size + 1 :]) / (2 * _STEP)
         return residual[0], derivative.T
-
-    def linearise(self, coordinates: FloatArray, variance: float, others: FloatArray) -> Linearised:
-        """Gauss-Newton information form of the likelihood at a point; the prior is not in it.
-
-        Parameters
-        ----------
-        coordinates : (8,) point of linearisation
-        variance : s², the noise scale squared, held fixed so that linearisations compare
-        others : (size − 8,) initial slip's logit and the effects' coordinates; they are integrated
-            out with their priors' curvature
-        """
-        residual, derivative = self.jacobian(np.concatenate([coordinates, others]))
-        information = derivative.T @ derivative / variance
-        gradient = -derivative.T @ residual / variance
-        fraction = float(sigmoid(others[0]))
-        # Curvature and slope of the nuisances' priors; then their Schur complement.
-        curvature = np.append(2 * fraction * (1 - fraction), np.ones(others.size - 1))
-        nuisance = information[COUNT:, COUNT:] + np.diag(curvature)
-        pull = gradient[COUNT:] + np.append(1 - 2 * fraction, -others[1:])
-        cross = information[:COUNT, COUNT:]
-        solved = np.linalg.solve(nuisance, np.column_stack([cross.T, pull]))
-        precision = information[:COUNT, :COUNT] - cross @ solved[:, :COUNT]
-        slope = gradient[:COUNT] - cross @ solved[:, COUNT]
-        return Linearised(
-            precision=0.5 * (precision + precision.T),
-            information=precision @ coordinates + slope,
-            log_likelihood=float(
-                -0.5 * residual @ residual / variance + 0.5 * pull @ solved[:, COUNT]
-            ),
-        )
 
 
 def sigmoid(value: FloatArray) -> FloatArray:

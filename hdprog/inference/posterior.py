@@ -19,6 +19,7 @@ from hdprog.physics.course import Course
 from hdprog.physics.effects.base import Values
 from hdprog.physics.figures import FigureRequest, Operation, figures
 from hdprog.physics.parameters import NAMES, FloatArray, Parameters
+from hdprog.physics.steady_cycle import QUANTITIES, LastingEffects, whole_figure
 
 FIGURE_DRAWS = 2000
 
@@ -109,6 +110,25 @@ class Posterior:
         chosen = self.thinned(FIGURE_DRAWS)
         parameters = {name: values[chosen] for name, values in self.parameters.items()}
         return figures(requests, parameters, self.operation)
+
+    def figures_with_effects(self) -> dict[str, FloatArray]:
+        """Width, loss and lost motion with the lasting effects in them; empty without any.
+
+        Of at most `FIGURE_DRAWS` draws, (draws,) each.
+        """
+        chosen = self.thinned(FIGURE_DRAWS)
+        values = {
+            effect: {name: column[chosen] for name, column in columns.items()}
+            for effect, columns in self.effect_values.items()
+        }
+        lasting = LastingEffects.of(self.likelihood.effect_set, values)
+        if lasting is None:
+            return {}
+        parameters = {name: column[chosen] for name, column in self.parameters.items()}
+        return {
+            quantity: whole_figure(quantity, parameters, self.operation, lasting)
+            for quantity in QUANTITIES
+        }
 
     @cached_property
     def fitted_angles(self) -> FloatArray:

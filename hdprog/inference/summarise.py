@@ -94,6 +94,9 @@ def summarise(
         converged=posterior.converged,
         parameters=parameter_summaries(posterior),
         figures={key: by_level(values) for key, values in posterior.figures(requests).items()},
+        figures_with_effects={
+            key: by_level(values) for key, values in posterior.figures_with_effects().items()
+        },
         effects=posterior.effects,
         fit=fit,
         rmse_rad=float(np.sqrt(np.mean(posterior.record_residual**2))),

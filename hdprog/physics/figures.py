@@ -19,7 +19,7 @@ from hdprog.physics.torque_path import TorquePath
 ARCMIN_PER_RAD = 180.0 * 60.0 / math.pi
 LOST_MOTION_SHARE = 0.04
 """Share of rated torque at which makers read lost motion (Harmonic Drive catalogues)."""
-_LOSS_POINTS = 257
+LOSS_POINTS = 257
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def hysteresis_width(parameters: Parameters, operation: Operation) -> FloatArray
 def hysteresis_loss(parameters: Parameters, operation: Operation) -> FloatArray:
     """Energy lost in a steady cycle, the enclosed area, `(draws,)` in J."""
     top = operation.reference_torque
-    torque = np.linspace(-top, top, _LOSS_POINTS)
+    torque = np.linspace(-top, top, LOSS_POINTS)
     rising, falling = steady_slip(torque, parameters, operation)
     area = np.trapezoid(falling - rising, torque, axis=1)
     return np.asarray(math.tan(operation.alpha) * area)

@@ -18,10 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from hdprog.inference.ridge_coordinates import from_unconstrained
-from hdprog.physics.parameters import FloatArray
+from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.evidence import Linearised
 from hdprog.trend.wear_coordinates import to_loop
 
+_COUNT = len(NAMES)
 _DIFFERENCE = 1e-5
 _STEPS = 5
 _LARGEST_STEP = 1.0  # prior spreads of a coordinate in one step
@@ -33,9 +34,9 @@ class Bend:
 
     Attributes
     ----------
-    point : (8,) x*, in wear coordinates
+    point : (n,) x*, in wear coordinates; amplitudes of effects behind the eight are no part of it
     loop : linearised there
-    spread : (8,) standard deviations of the loop prior
+    spread : (n,) standard deviations of the loop prior
     alpha : gear-tooth angle in rad
     softplus_scale : scale in Nm of the coordinate of T_T
     """
@@ -47,7 +48,7 @@ class Bend:
     softplus_scale: float
 
     def correction(self, measured: FloatArray) -> FloatArray:
-        """Compute what to add to draws (draws, 8) of what the test met, same shape."""
+        """Compute what to add to draws (draws, n) of what the test met, same shape."""
         centre, tangent = self._ridge(self.point[None])
         inverse = np.linalg.inv(tangent[0])
         weight = inverse.T @ self.loop.precision @ inverse
@@ -83,11 +84,14 @@ class Bend:
         return np.asarray(np.einsum("di,ij,dj->d", off, weight, off) + np.sum(moved**2, axis=1))
 
     def _ridge(self, wear: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Ridge coordinates (draws, 8) and their derivative (draws, 8, 8)."""
-        shift = _DIFFERENCE * np.eye(8)
-        around = np.concatenate([wear[None], wear + shift[:, None], wear - shift[:, None]])
+        """Ridge coordinates (draws, n) and their derivative (draws, n, n)."""
+        own, size = wear[:, :_COUNT], wear.shape[1]
+        shift = _DIFFERENCE * np.eye(_COUNT)
+        around = np.concatenate([own[None], own + shift[:, None], own - shift[:, None]])
         flat = from_unconstrained(
-            to_loop(around.reshape(-1, 8)), self.alpha, self.softplus_scale
+            to_loop(around.reshape(-1, _COUNT)), self.alpha, self.softplus_scale
         ).reshape(around.shape)
-        derivative = (flat[1:9] - flat[9:]) / (2 * _DIFFERENCE)
-        return flat[0], np.moveaxis(derivative, 0, -1)
+        derivative = np.tile(np.eye(size), (len(wear), 1, 1))
+        differences = (flat[1 : _COUNT + 1] - flat[_COUNT + 1 :]) / (2 * _DIFFERENCE)
+        derivative[:, :_COUNT, :_COUNT] = np.moveaxis(differences, 0, -1)
+        return np.concatenate([flat[0], wear[:, _COUNT:]], axis=1), derivative

@@ -23,12 +23,12 @@ class Linearised(Protocol):
 
     @property
     def precision(self) -> FloatArray:
-        """(8, 8) Gauss-Newton curvature Λ, never negative."""
+        """(n, n) Gauss-Newton curvature Λ, never negative."""
         ...
 
     @property
     def information(self) -> FloatArray:
-        """(8,) η."""
+        """(n,) η."""
         ...
 
     @property
@@ -46,8 +46,8 @@ class LoopEvidence(Protocol):
     event : one of `EVENTS`, or None
     load_hours : equivalent hours since zero (see `wear_clock.equivalent_hours`), or None
     temperature_C : of the drive, or None
-    posterior : (draws, 8) unconstrained coordinates drawn from the loop's own posterior; used as
-        a starting point and as a check, never as data
+    posterior : (draws, n) drawn from the loop's own posterior: unconstrained coordinates, and
+        amplitudes of the effects that are followed; a starting point and a check, never data
     """
 
     @property
@@ -62,7 +62,7 @@ class LoopEvidence(Protocol):
     def posterior(self) -> FloatArray: ...  # noqa: D102
 
     def linearise(self, coordinates: FloatArray) -> Linearised:
-        """Information form of the loop's likelihood at coordinates (8,)."""
+        """Information form of the loop's likelihood at coordinates (n,)."""
         ...
 
 
@@ -96,6 +96,6 @@ def in_order(evidence: Sequence[LoopEvidence]) -> tuple[LoopEvidence, ...]:
                 expected="nothing, or one of " + ", ".join(EVENTS),
                 advice="Correct event in tests.csv.",
             )
-        if test.posterior.ndim != 2 or test.posterior.shape[1] != len(NAMES):
+        if test.posterior.ndim != 2 or test.posterior.shape[1] < len(NAMES):
             raise ValueError(f"posterior of test {number} has shape {test.posterior.shape}")
     return tuple(sorted(evidence, key=lambda test: test.service_hours))

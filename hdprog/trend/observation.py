@@ -26,9 +26,9 @@ class Observations:
 
     Attributes
     ----------
-    basis : (times, 8, 8) D^{−½}V
-    strength : (times, 8) δ
-    pull : (times, 8) Vᵀ√D η
+    basis : (times, n, n) D^{−½}V
+    strength : (times, n) δ
+    pull : (times, n) Vᵀ√D η
     """
 
     basis: FloatArray
@@ -44,7 +44,7 @@ class Observations:
         Parameters
         ----------
         loops : (tests) in order
-        scales : (8,) relative size of scatter, √D
+        scales : (n,) relative size of scatter, √D
         which : (times,) test at each time, −1 for none; the tests themselves if left out
         """
         precision = np.stack([loop.precision for loop in loops])
@@ -69,7 +69,7 @@ class Observations:
 
         Returns
         -------
-        Λ̃ (draws, times, 8, 8), η̃ (draws, times, 8) and the log of the factor that integrating
+        Λ̃ (draws, times, n, n), η̃ (draws, times, n) and the log of the factor that integrating
         the scatter leaves, (draws,)
         """
         variance = scatter[:, None, None] ** 2
@@ -82,7 +82,7 @@ class Observations:
         return precision, information, log_factor
 
     def draw_noise(self, scatter: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """Random information (draws, times, 8) with mean zero and covariance Λ̃."""
+        """Random information (draws, times, n) with mean zero and covariance Λ̃."""
         variance = scatter[:, None, None] ** 2
         size = np.sqrt(self.strength / (1.0 + variance * self.strength))
         noise = size * rng.standard_normal(size.shape)
@@ -91,7 +91,7 @@ class Observations:
     def draw_measured(
         self, states: FloatArray, scatter: FloatArray, rng: np.random.Generator
     ) -> FloatArray:
-        """Draw what a test met, x(t) + e, given the state (draws, times, 8) and the loop."""
+        """Draw what a test met, x(t) + e, given the state (draws, times, n) and the loop."""
         scales = np.sqrt(1.0 / np.sum(self.basis**2, axis=-1))
         vectors = self.basis * scales[..., None]
         along = np.einsum("tik,dti->dtk", vectors, states / scales)

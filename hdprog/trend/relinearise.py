@@ -29,8 +29,8 @@ class JointPrior:
 
     Attributes
     ----------
-    mean : (tests, 8)
-    precision : (tests·8, tests·8)
+    mean : (tests, n)
+    precision : (tests·n, tests·n)
     """
 
     mean: FloatArray
@@ -76,7 +76,7 @@ class JointPrior:
         return JointPrior(mean, np.asarray(np.linalg.inv(flat)))
 
     def log_density(self, points: FloatArray) -> float:
-        """Log density up to a constant at (tests, 8)."""
+        """Log density up to a constant at (tests, n)."""
         deviation = (points - self.mean).ravel()
         return float(-0.5 * deviation @ self.precision @ deviation)
 
@@ -87,7 +87,7 @@ class JointMode:
 
     Attributes
     ----------
-    points : (tests, 8)
+    points : (tests, n)
     loops : (tests) linearised there
     converged : whether the last step was small against the posterior spread
     steps : Gauss-Newton steps taken
@@ -110,7 +110,7 @@ def joint_mode(
     Parameters
     ----------
     tests : in order
-    start : (tests, 8) wear coordinates to start from
+    start : (tests, n) wear coordinates to start from
     prior : of the coordinates, from the trend
     largest_steps : bound on the number of steps
     """
@@ -159,7 +159,7 @@ def _joint(
 
 
 def moved(before: FloatArray, after: JointMode, prior: JointPrior) -> float:
-    """Distance of two points of linearisation (tests, 8) in joint posterior spreads, per number."""
+    """Distance of two points of linearisation (tests, n) in joint posterior spreads, per number."""
     precision, _ = _joint(after.loops, after.points, prior)
     step = (after.points - before).ravel()
     return float(np.sqrt(step @ precision @ step / step.size))

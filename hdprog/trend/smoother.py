@@ -1,6 +1,6 @@
 """Kalman filter and smoother over the loops in information form, for many draws at once.
 
-The state is x and what it carries along: the loadings L and the rate's departure v, 17 numbers. A
+The state is x, n numbers, and what it carries along: the loadings L and the rate's departure v. A
 loop informs x only. With Λ, η what it says of x and P, m the prediction, W = (I + ΛP)⁻¹,
 u = W(η − Λm), G = WΛ give the update
 
@@ -21,15 +21,11 @@ from hdprog.physics.parameters import FloatArray
 from hdprog.trend.observation import Observations
 from hdprog.trend.state_space import Steps
 
-COUNT = 8
-_IDENTITY = np.eye(COUNT)
-_LOADS = np.eye(COUNT, COUNT + 1)
-
 
 def _carries(steps: Steps, time: int) -> FloatArray:
-    """How x moves by what it carries, (draws, 8, 9): loadings times wear, rate along m."""
-    moves = steps.wear[:, time, None, None] * _LOADS
-    moves[..., COUNT] = steps.passed[:, time, None] * steps.direction
+    """How x moves by what it carries, (draws, n, n + 1): loadings times wear, rate along m."""
+    moves = steps.wear[:, time, None, None] * np.eye(steps.size, steps.size + 1)
+    moves[..., -1] = steps.passed[:, time, None] * steps.direction
     return moves
 
 
@@ -37,8 +33,8 @@ def _carries(steps: Steps, time: int) -> FloatArray:
 class _Predicted:
     """Prediction of x and of what it carries, for every draw; c stands for the carried."""
 
-    x: FloatArray  # (draws, 8)
-    c: FloatArray  # (draws, 9)
+    x: FloatArray  # (draws, n)
+    c: FloatArray  # (draws, n + 1)
     xx: FloatArray
     xc: FloatArray
     cc: FloatArray
@@ -50,7 +46,7 @@ class _Predicted:
             np.tile(steps.initial_mean, (draws, 1)),
             np.tile(np.append(steps.loading_mean, 0.0), (draws, 1)),
             np.tile(np.diag(steps.initial_variance), (draws, 1, 1)),
-            np.zeros((draws, COUNT, COUNT + 1)),
+            np.zeros((draws, steps.size, steps.size + 1)),
             np.tile(np.diag(np.append(steps.loading_variance, 0.0)), (draws, 1, 1)),
         )
 
@@ -66,11 +62,11 @@ class _Predicted:
         self.xx = self.xx + cross + np.swapaxes(cross, -1, -2)
         self.xx += carried @ np.swapaxes(moves, -1, -2)
         self.xx += shared[:, None, None] * direction
-        self.xx += steps.own[:, time, :, None] * _IDENTITY
+        self.xx += steps.own[:, time, :, None] * np.eye(steps.size)
         self.xc = self.xc + carried
-        self.xc[..., COUNT] += (departure * passed / 2)[:, None] * steps.direction
+        self.xc[..., -1] += (departure * passed / 2)[:, None] * steps.direction
         self.cc = self.cc.copy()
-        self.cc[..., COUNT, COUNT] += departure
+        self.cc[..., -1, -1] += departure
 
 
 @dataclass(frozen=True)
@@ -91,10 +87,10 @@ def _update(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Take in one loop, in place; returns G, u and the log of its predictive factor."""
     surprise = information - (precision @ now.x[..., None])[..., 0]
-    matrix = precision @ now.xx + _IDENTITY
+    matrix = precision @ now.xx + np.eye(now.x.shape[-1])
     right = np.concatenate([precision, surprise[..., None]], axis=-1)
     solved = np.linalg.solve(matrix, right)
-    gain, pull = solved[..., :COUNT], solved[..., COUNT]
+    gain, pull = solved[..., :-1], solved[..., -1]
     moved = (now.xx @ pull[..., None])[..., 0]
     log_factor = (
         -0.5 * np.linalg.slogdet(matrix)[1]
@@ -151,18 +147,18 @@ def smooth(
     Parameters
     ----------
     steps : of every draw
-    precision, information : (draws, times, 8, 8), (draws, times, 8) of x(t), scatter taken out
+    precision, information : (draws, times, n, n), (draws, times, n) of x(t), scatter taken out
 
     Returns
     -------
-    states (draws, times, 8); loadings and the rate's departure at the last time (draws, 9)
+    states (draws, times, n); loadings and the rate's departure at the last time (draws, n + 1)
     """
     kept: list[_Kept] = []
     _filter(steps, precision, information, np.zeros(steps.wear.shape[0]), kept)
     draws, times = steps.wear.shape
-    states = np.empty((draws, times, COUNT))
-    carried = np.empty((draws, COUNT + 1))
-    on_x, on_c = np.zeros((draws, COUNT)), np.zeros((draws, COUNT + 1))
+    states = np.empty((draws, times, steps.size))
+    carried = np.empty((draws, steps.size + 1))
+    on_x, on_c = np.zeros((draws, steps.size)), np.zeros((draws, steps.size + 1))
     for time in range(times - 1, -1, -1):
         at = kept[time]
         seen = (at.xx @ on_x[..., None] + at.xc @ on_c[..., None])[..., 0]
@@ -190,33 +186,35 @@ def simulate(
     ----------
     steps : of every draw
     rng : source of randomness
-    start : state (draws, 8) and carried (draws, 9) just before `first`; drawn where a drive begins
+    start : state (draws, n) and carried (draws, n + 1) just before `first`; drawn where a drive
+        begins
     first : first time to draw
     heals : whether the rate may run below zero, as it may in the linear model
 
     Returns
     -------
-    states (draws, times − first, 8), and what the last carries (draws, 9)
+    states (draws, times − first, n), and what the last carries (draws, n + 1)
     """
     draws, times = steps.wear.shape
-    x, c = (np.zeros((draws, COUNT)), np.zeros((draws, COUNT + 1))) if start is None else start
-    states = np.empty((draws, times - first, COUNT))
+    count = steps.size
+    x, c = (np.zeros((draws, count)), np.zeros((draws, count + 1))) if start is None else start
+    states = np.empty((draws, times - first, count))
     for time in range(first, times):
         if steps.begins[time]:
-            x, c = rng.standard_normal((draws, COUNT)), np.zeros((draws, COUNT + 1))
+            x, c = rng.standard_normal((draws, count)), np.zeros((draws, count + 1))
             x = steps.initial_mean + np.sqrt(steps.initial_variance) * x
-            spread = np.sqrt(steps.loading_variance) * rng.standard_normal((draws, COUNT))
-            c[:, :COUNT] = steps.loading_mean + spread
+            spread = np.sqrt(steps.loading_variance) * rng.standard_normal((draws, count))
+            c[:, :count] = steps.loading_mean + spread
         wear, passed = steps.wear[:, time], steps.passed[:, time]
         common, turn, lead = rng.standard_normal((3, draws))
         departure = np.sqrt(steps.departure[:, time])
-        gained = passed * (c[:, COUNT] + departure * (turn / 2 + lead / np.sqrt(12)))
+        gained = passed * (c[:, -1] + departure * (turn / 2 + lead / np.sqrt(12)))
         if not heals:
             gained = np.maximum(gained, -wear)
         gained = gained + np.sqrt(steps.shared[:, time]) * common
-        own = np.sqrt(steps.own[:, time]) * rng.standard_normal((draws, COUNT))
-        x = x + wear[:, None] * c[:, :COUNT] + gained[:, None] * steps.direction + own
-        c = np.column_stack([c[:, :COUNT], c[:, COUNT] + departure * turn])
+        own = np.sqrt(steps.own[:, time]) * rng.standard_normal((draws, count))
+        x = x + wear[:, None] * c[:, :count] + gained[:, None] * steps.direction + own
+        c = np.column_stack([c[:, :count], c[:, -1] + departure * turn])
         states[:, time - first] = x
     return states, c
 
@@ -231,12 +229,12 @@ def draw(
 
     Returns
     -------
-    states (draws, times, 8), and what the last carries (draws, 9)
+    states (draws, times, n), and what the last carries (draws, n + 1)
     """
     precision, information, _ = observations.behind_scatter(scatter)
     states, carried = simulate(steps, rng)
     said = (precision @ states[..., None])[..., 0] + observations.draw_noise(scatter, rng)
-    nothing = np.zeros(COUNT)
+    nothing = np.zeros(steps.size)
     around_zero = replace(steps, initial_mean=nothing, loading_mean=nothing)
     correction = smooth(around_zero, precision, information - said)
     return states + correction[0], carried + correction[1]

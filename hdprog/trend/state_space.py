@@ -1,8 +1,9 @@
 """The trend as a linear state-space model, given its few hyperparameters.
 
-    x(t) = x_0 + L·w(t) + m·∫v du + d(t)     state of the drive, 8 wear coordinates
+    x(t) = x_0 + L·w(t) + m·∫v du + d(t)     state of the drive, n numbers
     x_j  = x(t_j) + e_j                      what test j meets after remounting
 
+The state is the 8 wear coordinates and the amplitudes of lasting effects that are followed.
 x_0 has the loop's prior, once a drive; the loadings L a Gaussian around the direction of wear m.
 The rate of wear departs from the clock's by v, a random walk from zero over the logarithm of the
 expected wear (a local linear trend); d is a random walk over the expected wear (a Wiener process
@@ -79,7 +80,7 @@ class Timeline:
     ----------
     age : (times,) hours of the clock since the drive was new or replaced
     begins : (times,) True where a new drive begins: at the first time and at each replacement
-    event_variance : (times, 8) variance of the lasting step just before the time
+    event_variance : (times, n) variance of the lasting step just before the time
     """
 
     age: FloatArray
@@ -128,15 +129,15 @@ class Steps:
 
     Attributes
     ----------
-    initial_mean, initial_variance : (8,) of x_0
-    loading_mean, loading_variance : (8,) of L
-    direction : (8,) m of shared random wear, the expected loadings
+    initial_mean, initial_variance : (n,) of x_0
+    loading_mean, loading_variance : (n,) of L
+    direction : (n,) m of shared random wear, the expected loadings
     begins : (times,) where x and L start anew
     wear : (draws, times) increment of wear
     passed : (draws, times) increment of the walks' time
     departure : (draws, times) variance that the rate's departure v gains meanwhile
     shared : (draws, times) variance added along the direction of wear
-    own : (draws, times, 8) variance added to each coordinate
+    own : (draws, times, n) variance added to each coordinate
     """
 
     initial_mean: FloatArray
@@ -150,6 +151,11 @@ class Steps:
     departure: FloatArray
     shared: FloatArray
     own: FloatArray
+
+    @property
+    def size(self) -> int:
+        """How many numbers a state has."""
+        return self.initial_mean.size
 
     @staticmethod
     def of(

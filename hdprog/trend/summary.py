@@ -14,6 +14,7 @@ from hdprog.physics.parameters import FloatArray
 from hdprog.results import LEVELS, FigureTrend, TrendSummary
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.figure_paths import figure_paths
+from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.trend import Trend
 
 MODEL = (
@@ -35,11 +36,15 @@ def figure_quantiles(values: FloatArray) -> FloatArray:
 
 
 def own_figures(
-    test: LoopEvidence, request: FigureRequest, prior: Prior, operation: Operation
+    test: LoopEvidence,
+    request: FigureRequest,
+    prior: Prior,
+    operation: Operation,
+    followed: FollowedEffects | None = None,
 ) -> FloatArray:
     """Compute a figure over (at most 400 of) a test's own posterior draws, (draws,)."""
     every = max(1, len(test.posterior) // _OWN_DRAWS)
-    return figure_paths(request, test.posterior[::every], prior, operation)
+    return figure_paths(request, test.posterior[::every], prior, operation, followed)
 
 
 def summarise(
@@ -69,18 +74,24 @@ def summarise(
     test_hours = np.array([test.service_hours for test in trend.tests])
     figures, said = {}, []
     for request in requests:
-        own = [own_figures(test, request, trend.prior, operation) for test in trend.tests]
+        own = [
+            own_figures(test, request, trend.prior, operation, trend.followed)
+            for test in trend.tests
+        ]
         figures[request.key] = FigureTrend(
             request.key,
             hours,
-            figure_quantiles(figure_paths(request, coordinates, trend.prior, operation)),
+            figure_quantiles(
+                figure_paths(request, coordinates, trend.prior, operation, trend.followed)
+            ),
             test_hours,
             np.stack([np.quantile(values, LEVELS) for values in own], axis=1),
         )
-        joint = figure_paths(request, measured, trend.prior, operation)
+        joint = figure_paths(request, measured, trend.prior, operation, trend.followed)
         said += mismatches(request.key, own, joint)
     return TrendSummary(
-        model=MODEL,
+        model=MODEL + _beside(trend.followed),
+        followed=() if trend.followed is None else trend.followed.ids,
         hyperparameters=_levels(trend.hyperparameters()),
         carried_by_prior=trend.carried_by_prior(),
         figures=figures,
@@ -128,6 +139,16 @@ def mismatches(key: str, own: Sequence[FloatArray], joint: FloatArray) -> list[s
         f"The trend does not reproduce {key} of test {', '.join(tests)} (at worst it has "
         f"{worst[1]}): read the forecast of {key} with care."
     ]
+
+
+def _beside(followed: FollowedEffects | None) -> str:
+    if followed is None:
+        return ""
+    names = " and ".join(name.replace("_", " ") for name in followed.ids)
+    return (
+        f"; beside them the amplitude of {names}, which width, loss and lost motion over service "
+        "time contain"
+    )
 
 
 def _levels(values: Mapping[str, FloatArray]) -> dict[str, dict[float, float]]:

@@ -16,6 +16,7 @@ from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.results import TrendSummary
 from hdprog.trend.bend import Bend
 from hdprog.trend.evidence import LoopEvidence, in_order
+from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.hyperparameters import (
     FULL,
     QUICK,
@@ -49,10 +50,10 @@ class Paths:
     Attributes
     ----------
     hours : (times,) service hours
-    states : (draws, times, 8) wear coordinates
-    direction : (8,) along which wear wanders
+    states : (draws, times, n) wear coordinates
+    direction : (n,) along which wear wanders
     shared : (draws, times) variance added along it since the time before
-    own : (draws, times, 8) variance added to each coordinate alone
+    own : (draws, times, n) variance added to each coordinate alone
     """
 
     hours: FloatArray
@@ -63,7 +64,7 @@ class Paths:
 
     @property
     def coordinates(self) -> FloatArray:
-        """(draws, times, 8) the loops' unconstrained coordinates."""
+        """(draws, times, n) the loops' unconstrained coordinates, then followed amplitudes."""
         return to_loop(self.states)
 
 
@@ -80,6 +81,7 @@ class Trend:
     draws : of the hyperparameters, as standard normal deviates
     warnings : in words
     alpha : gear-tooth angle in rad
+    followed : effects whose amplitudes are part of the state
     """
 
     tests: tuple[LoopEvidence, ...]
@@ -90,6 +92,11 @@ class Trend:
     draws: HyperparameterDraws
     warnings: tuple[str, ...]
     alpha: float = DEFAULT_ALPHA
+    followed: FollowedEffects | None = None
+
+    @property
+    def _state_prior(self) -> StatePrior:
+        return StatePrior.of(self.prior, self.wear_prior)
 
     @property
     def now_hours(self) -> float:
@@ -108,7 +115,7 @@ class Trend:
         draws: int = 1000,
         load_factor: float = 1.0,
     ) -> FloatArray:
-        """Coordinates (draws, times, 8) of paths of the drive's state; see `wandering_paths`."""
+        """Coordinates (draws, times, n) of paths of the drive's state; see `wandering_paths`."""
         return self.wandering_paths(hours, rng, draws, load_factor).coordinates
 
     def wandering_paths(
@@ -131,7 +138,7 @@ class Trend:
         values = Hyperparameters.of(self.draws.thinned(draws, rng), self.wear_prior)
         clock = self.clock.slowed(load_factor)
         timeline, which = Timeline.of(self.tests, clock, self.wear_prior, hours)
-        steps = Steps.of(timeline, values, StatePrior.of(self.prior), self.wear_prior)
+        steps = Steps.of(timeline, values, self._state_prior, self.wear_prior)
         behind = int(np.flatnonzero(which >= 0)[-1]) + 1
         seen = Observations.of(self.mode.loops, self.wear_prior.scales, which[:behind])
         states, carried = draw(steps.upto(behind), seen, values.scatter, rng)
@@ -151,10 +158,10 @@ class Trend:
         )
 
     def measured(self, rng: np.random.Generator, draws: int = 500) -> FloatArray:
-        """Draw what each test met, scatter included, given all tests: (draws, tests, 8)."""
+        """Draw what each test met, scatter included, given all tests: (draws, tests, n)."""
         values = Hyperparameters.of(self.draws.thinned(draws, rng), self.wear_prior)
         timeline, _ = Timeline.of(self.tests, self.clock, self.wear_prior)
-        steps = Steps.of(timeline, values, StatePrior.of(self.prior), self.wear_prior)
+        steps = Steps.of(timeline, values, self._state_prior, self.wear_prior)
         seen = Observations.of(self.mode.loops, self.wear_prior.scales)
         states, _ = draw(steps, seen, values.scatter, rng)
         measured = seen.draw_measured(states, values.scatter, rng)
@@ -176,8 +183,8 @@ class Trend:
         return summarise(self, drive, operation, rng)
 
     def _bent(self, measured: FloatArray) -> FloatArray:
-        """Correction of draws (draws, tests, 8) onto the ridge of each loop."""
-        spread, scale = StatePrior.of(self.prior).sd, self.prior.softplus_scale
+        """Correction of draws (draws, tests, n) onto the ridge of each loop."""
+        spread, scale = self._state_prior.sd, self.prior.softplus_scale
         each = [
             Bend(point, loop, spread, self.alpha, scale).correction(measured[:, number])
             for number, (point, loop) in enumerate(
@@ -193,7 +200,7 @@ class Trend:
         which: NDArray[np.intp],
         rng: np.random.Generator,
     ) -> FloatArray:
-        """Correction (draws, times, 8) that puts states back on the loops' ridges.
+        """Correction (draws, times, n) that puts states back on the loops' ridges.
 
         It is found at the tests and goes straight from one to the next between them.
         """
@@ -228,6 +235,7 @@ def fit_trend(
     rng: np.random.Generator,
     quick: bool = False,
     alpha: float = DEFAULT_ALPHA,
+    followed: FollowedEffects | None = None,
 ) -> Trend:
     """Fit the trend to a drive's tests.
 
@@ -239,6 +247,7 @@ def fit_trend(
     rng : source of randomness
     quick : fewer draws
     alpha : gear-tooth angle in rad
+    followed : effects whose amplitudes the evidence has as part of the state
 
     Raises
     ------
@@ -246,9 +255,11 @@ def fit_trend(
         without tests, or for hours or events that cannot be
     """
     tests = in_order(evidence)
+    if followed is not None:
+        wear_prior = wear_prior.following(followed.size)
     clock = ServiceClock.of(tests)
     timeline, _ = Timeline.of(tests, clock, wear_prior)
-    state_prior = StatePrior.of(prior)
+    state_prior = StatePrior.of(prior, wear_prior)
 
     def steps_of(deviates: FloatArray) -> tuple[Steps, FloatArray]:
         values = Hyperparameters.of(deviates, wear_prior)
@@ -293,7 +304,7 @@ def fit_trend(
         if distance < _MOVED_ENOUGH:
             break
     said = _warnings(tests, final, draws, distance)
-    return Trend(tests, prior, wear_prior, clock, final, draws, said, alpha)
+    return Trend(tests, prior, wear_prior, clock, final, draws, said, alpha, followed)
 
 
 def _warnings(

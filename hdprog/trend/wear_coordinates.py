@@ -3,6 +3,7 @@
 They are the loops' own unconstrained coordinates but for the mesh threshold T_T. On a new drive
 it is near zero, where the loops' softplus coordinate is a logarithm: straight wear in Nm would be
 bent there, and bend the clock that all parameters share. Here its softplus is five times sharper.
+Amplitudes of effects that are followed come behind the eight (n numbers in all), as they are.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from hdprog.inference.priors import Prior
 from hdprog.physics.parameters import BY_NAME, NAMES, FloatArray
 from hdprog.trend.evidence import LoopEvidence
+from hdprog.trend.wear_prior import WearPrior
 
 _T_T = NAMES.index("T_T")
 _SHARPER = 5.0
@@ -25,7 +27,7 @@ def _sigmoid(value: FloatArray) -> FloatArray:
 
 
 def to_loop(wear: FloatArray) -> FloatArray:
-    """Unconstrained coordinates (..., 8) of a loop from wear coordinates (..., 8)."""
+    """Unconstrained coordinates (..., n) of a loop from wear coordinates (..., n)."""
     loop = wear.copy()
     value = _SOFTPLUS.from_coordinate(wear[..., _T_T], 1.0 / _SHARPER)
     loop[..., _T_T] = _SOFTPLUS.to_coordinate(np.maximum(value, np.finfo(float).tiny))
@@ -33,7 +35,7 @@ def to_loop(wear: FloatArray) -> FloatArray:
 
 
 def from_loop(loop: FloatArray) -> FloatArray:
-    """Wear coordinates (..., 8) from unconstrained ones of a loop (..., 8)."""
+    """Wear coordinates (..., n) from unconstrained ones of a loop (..., n)."""
     wear = loop.copy()
     value = _SOFTPLUS.from_coordinate(loop[..., _T_T])
     scaled = np.maximum(value, np.finfo(float).tiny)
@@ -42,7 +44,7 @@ def from_loop(loop: FloatArray) -> FloatArray:
 
 
 def slope(wear: FloatArray) -> FloatArray:
-    """Differentiate the loop's coordinates by the wear coordinates; (..., 8) each."""
+    """Differentiate the loop's coordinates by the wear coordinates; (..., n) each."""
     found = np.ones_like(wear)
     inner = _sigmoid(wear[..., _T_T]) / _SHARPER
     found[..., _T_T] = inner / _sigmoid(to_loop(wear)[..., _T_T])
@@ -55,17 +57,21 @@ class StatePrior:
 
     Attributes
     ----------
-    mean, sd : (8,); of T_T the Gaussian that agrees one standard deviation each way
+    mean, sd : (n,); of T_T the Gaussian that agrees one standard deviation each way
     """
 
     mean: FloatArray
     sd: FloatArray
 
     @staticmethod
-    def of(prior: Prior) -> StatePrior:
-        """From the prior of the loops."""
+    def of(prior: Prior, wear_prior: WearPrior) -> StatePrior:
+        """From the prior of the loops and, for amplitudes of effects, that of wear."""
         low, high = from_loop(prior.mean - prior.sd), from_loop(prior.mean + prior.sd)
-        return StatePrior((low + high) / 2, (high - low) / 2)
+        none = np.zeros(wear_prior.followed)
+        return StatePrior(
+            np.concatenate([(low + high) / 2, none]),
+            np.concatenate([(high - low) / 2, none + wear_prior.effect.initial_sd]),
+        )
 
 
 @dataclass(frozen=True)
@@ -78,7 +84,7 @@ class Information:
 
 
 def linearise(test: LoopEvidence, point: FloatArray) -> Information:
-    """Information form of a loop's likelihood at wear coordinates (8,)."""
+    """Information form of a loop's likelihood at wear coordinates (n,)."""
     at = to_loop(point)
     found = test.linearise(at)
     steep = slope(point)

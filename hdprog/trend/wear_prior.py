@@ -63,8 +63,20 @@ class Curvature(_Strict):
         )
 
 
+class EffectPrior(_Strict):
+    """What is believed of a followed effect's amplitude, in units of the largest that was found."""
+
+    initial_sd: float = Field(gt=0)
+    loading_sd: float = Field(gt=0)
+    drift_scale: float = Field(gt=0)
+    scatter_scale: float = Field(gt=0)
+
+
 class WearPrior(_Strict):
-    """Prior of wear, as priors/trend.toml gives it; see the comments there."""
+    """Prior of wear, as priors/trend.toml gives it; see the comments there.
+
+    Its arrays are (n,): eight wear coordinates, then `followed` amplitudes of effects.
+    """
 
     name: str
     source: str
@@ -78,34 +90,47 @@ class WearPrior(_Strict):
     remounting_scatter: LogNormal
     drift_scale: dict[str, float]
     scatter_scale: dict[str, float]
+    effect: EffectPrior
     floor_b: LogNormal
     regreased: dict[str, float]
     reassembled: dict[str, float]
+    followed: int = 0
+
+    def following(self, amplitudes: int) -> WearPrior:
+        """The same for a state with so many amplitudes of effects."""
+        return WearPrior.model_validate({**self.model_dump(), "followed": amplitudes})
+
+    def _extended(self, coordinates: list[float], amplitude: float) -> FloatArray:
+        return np.array(coordinates + [amplitude] * self.followed)
 
     @cached_property
     def loading_mean(self) -> FloatArray:
-        """(8,) expected change of each coordinate per unit of wear."""
-        return np.array([self.loadings[name].mean for name in NAMES])
+        """(n,) expected change of each coordinate per unit of wear."""
+        return self._extended([self.loadings[name].mean for name in NAMES], 0.0)
 
     @cached_property
     def loading_sd(self) -> FloatArray:
-        """(8,) standard deviation of that change from drive to drive."""
-        return np.array([self.loadings[name].sd for name in NAMES])
+        """(n,) standard deviation of that change from drive to drive."""
+        return self._extended([self.loadings[name].sd for name in NAMES], self.effect.loading_sd)
 
     @cached_property
     def drift_scales(self) -> FloatArray:
-        """(8,) relative size of the own drift of each coordinate."""
-        return np.array([self.drift_scale[name] for name in NAMES])
+        """(n,) relative size of the own drift of each coordinate."""
+        return self._extended([self.drift_scale[name] for name in NAMES], self.effect.drift_scale)
 
     @cached_property
     def scales(self) -> FloatArray:
-        """(8,) relative size of the remounting scatter of each coordinate."""
-        return np.array([self.scatter_scale[name] for name in NAMES])
+        """(n,) relative size of the remounting scatter of each coordinate."""
+        return self._extended(
+            [self.scatter_scale[name] for name in NAMES], self.effect.scatter_scale
+        )
 
     def event_variance(self, event: str | None) -> FloatArray:
-        """(8,) variance of the lasting step that an event leaves in each coordinate."""
+        """(n,) variance of the lasting step that an event leaves in each coordinate."""
         steps = {"regreased": self.regreased, "reassembled": self.reassembled}.get(event or "", {})
-        return np.array([steps.get(name, 0.0) ** 2 for name in NAMES])
+        # An effect beside the drive model may come from what was taken apart.
+        amplitude = self.effect.initial_sd if event == "reassembled" else 0.0
+        return self._extended([steps.get(name, 0.0) for name in NAMES], amplitude) ** 2
 
     def floor(self, present: FloatArray, deviate: FloatArray) -> FloatArray:
         """Level in Nm/rad that b tends to, below its present value.

@@ -31,7 +31,7 @@ def change_found(precision: float, points: np.ndarray) -> float:
     hours = np.linspace(0.0, 3000.0, points.size)
     timeline = Timeline(hours, hours == 0.0, np.zeros((points.size, 8)))
     values = Hyperparameters.of(np.zeros((1, len(HYPERPARAMETERS))), wear_prior)
-    steps = Steps.of(timeline, values, StatePrior.of(PRIOR), wear_prior)
+    steps = Steps.of(timeline, values, StatePrior.of(PRIOR, wear_prior), wear_prior)
     along = np.eye(8)[T_I]
     loops = [
         Information(precision * np.outer(along, along), precision * point * along, 0.0)
@@ -81,7 +81,7 @@ def test_forty_silent_tests_add_nothing() -> None:
     tests = [SilentTest(50.0 * number, PRIOR.sample(1000, rng)) for number in range(40)]
     trend = fit_trend(tests, PRIOR, read_wear_prior(), rng, quick=True)
     state = from_loop(trend.paths(np.array([0.0]), rng, 6000)[:, 0])
-    expected = StatePrior.of(PRIOR)
+    expected = StatePrior.of(PRIOR, read_wear_prior())
     added = (expected.sd / state.std(axis=0)) ** 2 - 1
     # T_T's threshold is the same function of both coordinates, but flat where it is near zero.
     assert np.all(added < 0.1)

@@ -24,6 +24,7 @@ class Asymmetry(Effect):
         "joint carries a constant load."
     )
     lasting = True
+    static = True
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
         """Log ratios s and f."""

@@ -24,6 +24,7 @@ class Backlash(Effect):
         "are worn: plan a replacement."
     )
     lasting = True
+    static = True
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
         """δ in rad, T_s in Nm."""

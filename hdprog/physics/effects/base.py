@@ -92,6 +92,8 @@ class Effect(ABC):
     needs : what a record must have for the effect to be told at all
     advice : what to do about it
     lasting : whether wear can bring it, so that it is followed over service time
+    static : whether it follows from the torque's path alone, so that it is part of the steady
+        cycle of the figures of merit
     """
 
     id: ClassVar[str]
@@ -100,6 +102,7 @@ class Effect(ABC):
     needs: ClassVar[frozenset[Need]] = frozenset()
     advice: ClassVar[str]
     lasting: ClassVar[bool] = False
+    static: ClassVar[bool] = False
 
     @abstractmethod
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:

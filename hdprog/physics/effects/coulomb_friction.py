@@ -30,6 +30,7 @@ class CoulombFriction(Effect):
         "wear of the teeth."
     )
     lasting = True
+    static = True
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
         """w in rad, T_c in Nm, initial state."""

@@ -23,6 +23,7 @@ class CupHardening(Effect):
         "that touches or lifts off under load."
     )
     lasting = True
+    static = True
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
         """κ in rad."""

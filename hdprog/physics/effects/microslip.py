@@ -36,6 +36,7 @@ class Microslip(Effect):
         "bearing seat for fretting."
     )
     lasting = True
+    static = True
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
         """w in rad, T_m in Nm, initial state."""

@@ -16,6 +16,7 @@ class ToothDamage(Effect):
     words = "a bump at one torque on both branches, as a damaged tooth leaves"
     advice = "Inspect the teeth of flexspline and circular spline; do not wait for the next test."
     lasting = True
+    static = True
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
         """A in rad, T_d and w in Nm."""

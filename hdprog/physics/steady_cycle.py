@@ -1,0 +1,124 @@
+"""The steady cycle of a drive together with the lasting effects found beside the drive model.
+
+Width, loss and lost motion of the drive as it is: play or load-independent friction that wear has
+brought is part of the loop that a user measures, though it is not in the eight parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdprog.physics.course import Course
+from hdprog.physics.effects.base import Values
+from hdprog.physics.effects.model import EffectSet
+from hdprog.physics.figures import ARCMIN_PER_RAD, LOSS_POINTS, LOST_MOTION_SHARE, Operation
+from hdprog.physics.parameters import FloatArray, Parameters
+from hdprog.physics.torque_path import TorquePath
+
+QUANTITIES = ("hysteresis_width_arcmin", "hysteresis_loss_J", "lost_motion_arcmin")
+"""Figures of merit that a steady cycle has."""
+
+
+@dataclass(frozen=True)
+class LastingEffects:
+    """Effects of the steady cycle with their values.
+
+    Attributes
+    ----------
+    effects : all static, see `Effect`
+    values : physical values by effect and name, (draws, 1) each
+    """
+
+    effects: EffectSet
+    values: Mapping[str, Values]
+
+    @staticmethod
+    def of(effects: EffectSet, values: Mapping[str, Values]) -> LastingEffects | None:
+        """Those of a fit's effects that wear can bring and that are static; None without any."""
+        kept = tuple(one for one in effects.effects if one.lasting and one.static)
+        if not kept:
+            return None
+        return LastingEffects(
+            EffectSet(kept, effects.scales), {one.id: values[one.id] for one in kept}
+        )
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Ids of the effects."""
+        return tuple(effect.id for effect in self.effects.effects)
+
+
+def steady_branches(
+    torque: FloatArray, parameters: Parameters, operation: Operation, lasting: LastingEffects
+) -> tuple[FloatArray, FloatArray]:
+    """Angle on the rising and on the falling branch of the steady cycle to ± reference torque.
+
+    Parameters
+    ----------
+    torque : (samples,) rising torques in Nm, inside ± the reference torque
+    parameters : by name, (draws,) each
+    operation : the reference torque and the tooth angle
+    lasting : effects beside the drive model
+
+    Returns
+    -------
+    two (draws, samples) arrays in rad: rising branch, falling branch
+    """
+    top = operation.reference_torque
+    history = np.concatenate([[0.0, top], [-top], torque, [top], torque[::-1]])
+    path = TorquePath.exact(history)
+    course = Course(
+        path=path,
+        order=np.linspace(0.0, 1.0, history.size),
+        time=None,
+        rate=None,
+        temperature=None,
+        output_angle=None,
+        scales=lasting.effects.scales,
+    )
+    draws = np.atleast_1d(parameters["mu"]).size
+    angle = lasting.effects.angle(
+        course, parameters, dict(lasting.values), operation.alpha, np.full(draws, 0.5)
+    )
+    count = torque.size
+    return angle[:, 3 : 3 + count], angle[:, -1 : -1 - count : -1]
+
+
+def whole_figure(
+    quantity: str, parameters: Parameters, operation: Operation, lasting: LastingEffects
+) -> FloatArray:
+    """A figure of merit of the steady cycle, lasting effects included.
+
+    Parameters
+    ----------
+    quantity : one of `QUANTITIES`
+    parameters : by name, (draws,) each
+    operation : what the figure refers to
+    lasting : effects beside the drive model
+
+    Returns
+    -------
+    (draws,) in the unit that the quantity's name ends with
+
+    Raises
+    ------
+    ValueError
+        for another quantity
+    """
+    if quantity == "hysteresis_width_arcmin":
+        rising, falling = steady_branches(np.array([0.0]), parameters, operation, lasting)
+        return np.asarray(ARCMIN_PER_RAD * (falling - rising)[:, 0])
+    if quantity == "hysteresis_loss_J":
+        top = operation.reference_torque
+        torque = np.linspace(-top, top, LOSS_POINTS)
+        rising, falling = steady_branches(torque, parameters, operation, lasting)
+        return np.asarray(np.trapezoid(falling - rising, torque, axis=1))
+    if quantity == "lost_motion_arcmin":
+        at = LOST_MOTION_SHARE * operation.rated_torque
+        rising, falling = steady_branches(np.array([-at, at]), parameters, operation, lasting)
+        middle = 0.5 * (rising + falling)
+        return np.asarray(ARCMIN_PER_RAD * (middle[:, 1] - middle[:, 0]))
+    raise ValueError(f"{quantity} is no figure of the steady cycle")
