@@ -12,6 +12,7 @@ from hdprog.cli.demo import demo
 from hdprog.cli.exits import GuardedGroup
 from hdprog.cli.explain import explain
 from hdprog.cli.fit import fit
+from hdprog.cli.prior import prior
 from hdprog.cli.run import run
 from hdprog.cli.simulate import simulate
 
@@ -50,3 +51,4 @@ def _describe(
 
 for _command in (demo, check, fit, explain, run, simulate):
     app.command(epilog=EPILOG)(_command)
+app.add_typer(prior, name="prior", epilog=EPILOG)

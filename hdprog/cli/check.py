@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
 import typer
 
-from hdprog.cli.common import AsJson, Columns, DriveFile, Select, print_json
+from hdprog.cli.common import print_json
 from hdprog.cli.exits import ExitCode
+from hdprog.cli.options import AsJson, Columns, DriveFile, LoopsOrFolders, Select
 
 
 def check(
-    paths: Annotated[
-        list[Path], typer.Argument(metavar="PATH...", help="Loop files or drive folders.")
-    ],
+    paths: LoopsOrFolders,
     columns: Columns = None,
     select: Select = None,
     drive: DriveFile = None,

@@ -1,57 +1,19 @@
-"""Options that several commands share, and what they all do at the end."""
+"""What several commands do at their beginning and at their end."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import typer
 
 from hdprog.cli.exits import ExitCode
 from hdprog.errors import UsageError
 
-Seed = Annotated[
-    int,
-    typer.Option(
-        "--seed",
-        min=0,
-        help="Seed of everything random: same seed, same input, same machine, same numbers.",
-    ),
-]
-AsJson = Annotated[
-    bool,
-    typer.Option("--json", help="Write the JSON to standard output, and nothing else there."),
-]
-Quick = Annotated[
-    bool,
-    typer.Option("--quick", help="Fewer draws; the report is marked as quick."),
-]
-Quiet = Annotated[
-    bool,
-    typer.Option("--quiet", help="Show no progress."),
-]
-Out = Annotated[
-    Path | None,
-    typer.Option("--out", help="Folder to write to (default: ./hdprog-NAME)."),
-]
-DriveFile = Annotated[
-    Path | None,
-    typer.Option("--drive", help="drive.toml with the drive's model, limits and noise."),
-]
-Columns = Annotated[
-    str | None,
-    typer.Option(
-        "--columns",
-        help="Which column is what, with its unit: torque=TORQUE:Nm,angle=POSITION:rev,time=TIME:s",
-    ),
-]
-Select = Annotated[
-    str | None,
-    typer.Option(
-        "--select", help="Keep only rows where a column has these values: test_nr=100,101"
-    ),
-]
+if TYPE_CHECKING:
+    from hdprog.config import Drive
+    from hdprog.data.loop import Loop
 
 
 class Writable(Protocol):
@@ -101,6 +63,23 @@ def output_folder(out: Path | None, name: str) -> Path:
     return folder
 
 
+def read_record(
+    path: Path, drive: Path | None, columns: str | None, select: str | None
+) -> tuple[Loop, Drive | None]:
+    """Read a loop file, and the drive.toml that declares its drive where one is given.
+
+    Raises
+    ------
+    BadInputError
+        When one of the two files cannot be used.
+    """
+    from hdprog.config import read_drive
+    from hdprog.data.readers import read_loop
+
+    settings = None if drive is None else read_drive(drive)
+    return read_loop(path, columns=columns, select=select, drive=settings), settings
+
+
 def split_ids(text: str | None) -> tuple[str, ...]:
     """Split `id,id` as typed into ids; None gives none."""
     return tuple(part.strip() for part in (text or "").split(",") if part.strip())
@@ -134,11 +113,13 @@ def conclude(
     typer.Exit
         With code 4, when a fit did not converge.
     """
+    from hdprog.reporting.words import keyboard_signs
+
     result.write(out, command)
     if as_json:
         print_json(result.document())
     else:
-        typer.echo(result.sentence)
+        typer.echo(keyboard_signs(result.sentence))
         typer.echo(f"Report: {out / 'report.html'}")
         if advice is not None:
             typer.echo(advice)

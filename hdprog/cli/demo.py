@@ -6,16 +6,8 @@ from importlib.resources import as_file
 
 import typer
 
-from hdprog.cli.common import (
-    AsJson,
-    Out,
-    Quick,
-    Quiet,
-    Seed,
-    command_line,
-    conclude,
-    output_folder,
-)
+from hdprog.cli.common import command_line, conclude, output_folder
+from hdprog.cli.options import AsJson, Out, Quick, Quiet, Seed
 from hdprog.cli.progress import progress
 from hdprog.shipped import shipped
 

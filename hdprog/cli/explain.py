@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
 import typer
 
-from hdprog.cli.common import (
+from hdprog.cli.common import command_line, conclude, output_folder, read_record
+from hdprog.cli.options import (
     AsJson,
     Columns,
     DriveFile,
+    LoopOrFolder,
     Out,
     Quick,
     Quiet,
     Seed,
     Select,
-    command_line,
-    conclude,
-    output_folder,
 )
 from hdprog.cli.progress import progress
 from hdprog.errors import UsageError
@@ -26,10 +22,7 @@ from hdprog.errors import UsageError
 
 def explain(
     ctx: typer.Context,
-    record: Annotated[
-        Path,
-        typer.Argument(metavar="LOOP|DRIVE_DIR", help="A loop file or a drive folder."),
-    ],
+    record: LoopOrFolder,
     drive: DriveFile = None,
     columns: Columns = None,
     select: Select = None,
@@ -57,11 +50,7 @@ def explain(
         with progress(quiet=quiet) as report:
             result = workflow.explain(record, seed=seed, quick=quick, progress=report)
     else:
-        from hdprog.config import read_drive
-        from hdprog.data.readers import read_loop
-
-        settings = None if drive is None else read_drive(drive)
-        loop = read_loop(record, columns=columns, select=select, drive=settings)
+        loop, settings = read_record(record, drive, columns, select)
         from hdprog import workflow  # slow to import; a bad record is told before
 
         with progress(quiet=quiet) as report:

@@ -2,33 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from hdprog.cli.common import (
-    AsJson,
-    Columns,
-    DriveFile,
-    Out,
-    Quick,
-    Quiet,
-    Seed,
-    Select,
-    command_line,
-    conclude,
-    output_folder,
-    split_ids,
-)
+from hdprog.cli.common import command_line, conclude, output_folder, read_record, split_ids
+from hdprog.cli.options import AsJson, Columns, DriveFile, LoopFile, Out, Quick, Quiet, Seed, Select
 from hdprog.cli.progress import progress
 
 
 def fit(
     ctx: typer.Context,
-    loop: Annotated[
-        Path, typer.Argument(metavar="LOOP", help="A loop file (CSV, TSV, gzip, xlsx).")
-    ],
+    loop: LoopFile,
     drive: DriveFile = None,
     columns: Columns = None,
     select: Select = None,
@@ -47,11 +32,7 @@ def fit(
     Writes summary.json, report.html and posterior.nc.
     """
     folder = output_folder(out, loop.name.split(".")[0])
-    from hdprog.config import read_drive
-    from hdprog.data.readers import read_loop
-
-    settings = None if drive is None else read_drive(drive)
-    record = read_loop(loop, columns=columns, select=select, drive=settings)
+    record, settings = read_record(loop, drive, columns, select)
     from hdprog import workflow  # slow to import; a bad record is told before
 
     with progress(quiet=quiet) as report:

@@ -2,30 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from hdprog.cli.common import (
-    AsJson,
-    Out,
-    Quick,
-    Quiet,
-    Seed,
-    command_line,
-    conclude,
-    output_folder,
-)
+from hdprog.cli.common import command_line, conclude, output_folder
+from hdprog.cli.options import AsJson, DriveFolder, Out, Quick, Quiet, Seed
 from hdprog.cli.progress import progress
 
 
 def run(
     ctx: typer.Context,
-    drive_dir: Annotated[
-        Path,
-        typer.Argument(metavar="DRIVE_DIR", help="A folder with drive.toml, tests.csv and loops/."),
-    ],
+    drive_dir: DriveFolder,
     no_explain: Annotated[
         bool,
         typer.Option("--no-explain", help="Leave out the search for effects that the model lacks."),

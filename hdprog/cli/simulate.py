@@ -9,7 +9,8 @@ from typing import Annotated
 
 import typer
 
-from hdprog.cli.common import AsJson, Seed, command_line, output_folder, print_json
+from hdprog.cli.common import command_line, output_folder, print_json
+from hdprog.cli.options import AsJson, Seed
 
 
 class Wear(StrEnum):

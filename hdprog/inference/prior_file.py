@@ -1,120 +1,65 @@
-"""Reading of prior files: names in the shipped folder, or paths."""
+"""Reading of prior files: names in the shipped folder, models of the catalogue, or paths."""
 
 from __future__ import annotations
 
-import tomllib
+import difflib
+from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Literal
-
-import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from hdprog.config import Drive
 from hdprog.errors import BadInputError
-from hdprog.inference.priors import Prior, RecordScales, log_median
-from hdprog.physics.parameters import BY_NAME, NAMES
+from hdprog.inference.catalogue import find_gear, model_key
+from hdprog.inference.prior_schema import PriorFile, parse_prior
+from hdprog.inference.priors import Prior, RecordScales
 from hdprog.shipped import shipped
 
-Scale = Literal["secant_stiffness", "largest_torque", "secant_stiffness_per_torque"]
 GENERIC = "generic"
+CATALOGUE_FOLDER = "catalogue"
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
-
-
-class _LogNormal(_Strict):
-    median: float
-    median_in: Scale | None = None
-    log_sd: float = Field(gt=0, le=5)
-
-
-class _Softplus(_Strict):
-    scale_Nm: float | None = Field(default=None, gt=0)
-    scale: float | None = Field(default=None, gt=0)
-    scale_in: Literal["largest_torque"] | None = None
-    coordinate_mean: float
-    coordinate_sd: float = Field(gt=0)
-
-    @model_validator(mode="after")
-    def _one_scale(self) -> _Softplus:
-        if (self.scale_Nm is None) == (self.scale is None) or (self.scale is None) != (
-            self.scale_in is None
-        ):
-            raise ValueError("give either scale_Nm, or scale together with scale_in")
-        return self
-
-
-class _Parameters(_Strict):
-    K_F: _LogNormal
-    K_W: _LogNormal
-    a: _LogNormal
-    b: _LogNormal
-    T_T: _Softplus
-    c: _LogNormal
-    T_i: _LogNormal
-    mu: _LogNormal
-
-    @model_validator(mode="after")
-    def _signs(self) -> _Parameters:
-        for name in NAMES:
-            spec = getattr(self, name)
-            if isinstance(spec, _LogNormal):
-                negative = BY_NAME[name].transform == "negative_log"
-                if (spec.median < 0) != negative or spec.median == 0:
-                    sign = "negative" if negative else "positive"
-                    raise ValueError(f"the median of {name} must be {sign}, not {spec.median:g}")
-        return self
-
-
-class PriorFile(_Strict):
-    """Content of a prior file, validated."""
-
-    name: str
-    source: str
-    parameters: _Parameters
-    catalogue: dict[str, float] = Field(default_factory=dict)
-
-    @property
-    def needs_record(self) -> bool:
-        """Whether a scale is taken from the measured record."""
-        specs = [getattr(self.parameters, name) for name in NAMES]
-        return any(
-            spec.median_in if isinstance(spec, _LogNormal) else spec.scale_in for spec in specs
-        )
-
-    def prior(self, scales: RecordScales | None) -> Prior:
-        """The prior, with scales of a record filled in where the file asks for them."""
-        mean, sd, softplus_scale = np.empty(len(NAMES)), np.empty(len(NAMES)), 1.0
-        for index, name in enumerate(NAMES):
-            spec = getattr(self.parameters, name)
-            if isinstance(spec, _LogNormal):
-                factor = scales.factor(spec.median_in) if scales and spec.median_in else 1.0
-                mean[index], sd[index] = log_median(name, spec.median * factor), spec.log_sd
-            else:
-                mean[index], sd[index] = spec.coordinate_mean, spec.coordinate_sd
-                if spec.scale_Nm is not None:
-                    softplus_scale = spec.scale_Nm
-                elif scales is not None and spec.scale is not None:
-                    softplus_scale = spec.scale * scales.largest_torque
-        return Prior(self.name, mean, sd, softplus_scale, self.source, self.catalogue)
+def _shipped_files() -> dict[str, Traversable]:
+    """The shipped priors of loops by name; the folder also holds what is none of a loop."""
+    folder = shipped("priors")
+    files = {
+        entry.name.removesuffix(".toml"): entry
+        for entry in folder.iterdir()
+        if entry.name.endswith(".toml") and "[parameters." in entry.read_text("utf-8")
+    }
+    for entry in (folder / CATALOGUE_FOLDER).iterdir():
+        if entry.name.endswith(".toml"):
+            files.setdefault(entry.name.removesuffix(".toml"), entry)
+    return dict(sorted(files.items()))
 
 
 def names() -> list[str]:
     """Names of the shipped priors."""
-    return sorted(
-        entry.name.removesuffix(".toml")
-        for entry in shipped("priors").iterdir()
-        if entry.name.endswith(".toml") and "[parameters." in entry.read_text("utf-8")
-    )
+    return list(_shipped_files())
 
 
-def read_prior_file(name: str, folder: Path | None = None) -> PriorFile:
-    """Read a prior by name in the shipped folder, or by path.
+def name_of_model(model: str, *, types: bool = True) -> str | None:
+    """Name of the shipped prior that serves a model, or None.
+
+    A prior with the model's own name comes first, then the one of its series, size and ratio.
 
     Parameters
     ----------
-    name : e.g. "csf-25-80", or a path that ends in .toml
+    model : e.g. "CSF-25-80" or "csg-32-100-2UH"; upper or lower case
+    types : whether a type such as "-2UH" may follow the ratio
+    """
+    known = names()
+    for own in (model.strip().lower(), model_key(model, types=types)):
+        if own in known:
+            return own
+    gear = find_gear(model, types=types)
+    return gear.name if gear is not None and gear.name in known else None
+
+
+def read_prior_file(name: str, folder: Path | None = None) -> PriorFile:
+    """Read a prior by name in the shipped folder, by a model of the catalogue, or by path.
+
+    Parameters
+    ----------
+    name : e.g. "csf-25-80", "CSG-32-100", or a path that ends in .toml
     folder : where a relative path starts, e.g. the folder of drive.toml
 
     Raises
@@ -128,32 +73,23 @@ def read_prior_file(name: str, folder: Path | None = None) -> PriorFile:
             raise BadInputError(
                 found=f"no file {path}",
                 where="[prior] file",
-                expected="a prior file (TOML) or one of the names " + ", ".join(names()),
+                expected="a prior file (TOML) or a name that `hdprog prior list` shows",
                 advice="correct the path; a relative one starts at the folder of drive.toml",
             )
-        content = path.read_bytes()
-    else:
-        if name not in names():
-            raise BadInputError(
-                found=f"no prior called {name!r}",
-                where="[prior] file",
-                expected="one of " + ", ".join(names()) + ", or a path that ends in .toml",
-                advice="choose one, or leave [prior] out to use one centred on the record",
-            )
-        content = (shipped("priors") / f"{name}.toml").read_bytes()
-    try:
-        return PriorFile.model_validate(tomllib.loads(content.decode("utf-8")))
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError, ValidationError) as error:
-        reason = str(error)
-        if isinstance(error, ValidationError):
-            first = error.errors()[0]
-            reason = ".".join(str(part) for part in first["loc"]) + ": " + first["msg"]
+        return parse_prior(path.read_bytes(), str(path))
+    served = name_of_model(name, types=False)
+    if served is None:
+        matches = difflib.get_close_matches(name.lower(), names(), n=1, cutoff=0.7)
         raise BadInputError(
-            found=reason,
-            where=f"prior file {name}",
-            expected="a [parameters.NAME] table for each of " + ", ".join(NAMES),
-            advice="compare with a shipped prior such as csf-25-80.toml",
-        ) from None
+            found=f"no prior called {name!r}",
+            where="[prior] file",
+            expected="a name such as csf-25-80, a model of the catalogue such as CSG-32-100, "
+            "generic, or a path that ends in .toml",
+            advice=(f"Did you mean {matches[0]}? " if matches else "")
+            + "`hdprog prior list` shows all names; `hdprog prior from-catalogue` makes a prior "
+            "of other drives; without [prior] and model it is centred on the record.",
+        )
+    return parse_prior(_shipped_files()[served].read_bytes(), f"prior file {served}.toml")
 
 
 def prior_of_drive(drive: Drive, scales: RecordScales) -> tuple[Prior, str | None]:
@@ -170,11 +106,11 @@ def prior_of_drive(drive: Drive, scales: RecordScales) -> tuple[Prior, str | Non
     folder = drive.source.parent if drive.source is not None else None
     if drive.prior is not None:
         return read_prior_file(drive.prior, folder).prior(scales), None
-    model = drive.model.lower() if drive.model is not None else None
-    if model is not None and model in names():
-        return read_prior_file(model).prior(scales), None
+    served = name_of_model(drive.model) if drive.model is not None else None
+    if served is not None:
+        return read_prior_file(served).prior(scales), None
     remark = (
-        "The drive's file names no model and no prior"
+        "No model and no prior are declared for the drive"
         if drive.model is None
         else f"No prior is known for model {drive.model}"
     )

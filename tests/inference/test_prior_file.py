@@ -98,7 +98,7 @@ def test_the_drives_file_decides() -> None:
 
 @pytest.mark.parametrize(
     ("model", "said"),
-    [(None, "names no model and no prior"), ("UNKNOWN-1", "No prior is known for model UNKNOWN-1")],
+    [(None, "No model and no prior are declared"), ("UNKNOWN-1", "No prior is known for model UNKNOWN-1")],
 )
 def test_what_is_not_known_is_said(model: str | None, said: str) -> None:
     prior, remark = prior_of_drive(Drive(model=model), SCALES)
@@ -144,32 +144,76 @@ def test_an_absolute_path_is_a_users_own(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "said", "expected"),
     [
-        ("[parameters.K_F]\nmedian", "[parameters.K_F]\nmiddle", "parameters.K_F.median"),
-        ("log_sd = 0.4\n", "log_sd = -0.4\n", "parameters.K_F.log_sd"),
-        ("log_sd = 0.4\n", "log_sd = 50\n", "parameters.K_F.log_sd"),
-        ("log_sd = 0.4\n", 'log_sd = "wide"\n', "parameters.K_F.log_sd"),
-        ("log_sd = 0.4\n", "", "parameters.K_F.log_sd"),
-        ("[parameters.mu]", "[parameters.friction]", "parameters.mu"),
-        ("median = -1.16", "median = 1.16", "the median of c must be negative, not 1.16"),
-        ("median = 0.07", "median = -0.07", "the median of mu must be positive, not -0.07"),
-        ("median = 0.07", "median = 0.0", "the median of mu must be positive, not 0"),
-        ("scale_Nm = 10.0", "", "parameters.T_T: .*either scale_Nm, or scale"),
-        ("scale_Nm = 10.0", "scale = 10.0", "parameters.T_T: .*either scale_Nm, or scale"),
-        ("coordinate_sd = 2.0", "coordinate_sd = 0", "parameters.T_T.coordinate_sd"),
-        ("coordinate_sd = 2.0", "coordinate_sd = 2.0\nshape = 1", "parameters.T_T.shape"),
-        ("T1_Nm = 14.0", 'T1_Nm = "fourteen"', "catalogue.T1_Nm"),
-        ("source =", "origin =", "source"),
-        ("[parameters.K_F]", "[parameters.K_F", "own.toml"),
+        (
+            "[parameters.K_F]\nmedian",
+            "[parameters.K_F]\nmiddle",
+            "parameters.K_F.median",
+            "only median, median_in, log_sd",
+        ),
+        ("log_sd = 0.4\n", "log_sd = -0.4\n", "parameters.K_F.log_sd", "greater than 0"),
+        ("log_sd = 0.4\n", "log_sd = 50\n", "parameters.K_F.log_sd", "at most 5"),
+        ("log_sd = 0.4\n", 'log_sd = "wide"\n', "parameters.K_F.log_sd", "without quotation marks"),
+        ("log_sd = 0.4\n", "", "parameters.K_F.log_sd", "parameters.K_F.log_sd to be given"),
+        ("[parameters.mu]", "[parameters.friction]", "parameters.mu", ", ".join(NAMES)),
+        (
+            "median = -1.16",
+            "median = 1.16",
+            "the median of c must be negative, not 1.16",
+            "a negative number",
+        ),
+        (
+            "median = 0.07",
+            "median = -0.07",
+            "the median of mu must be positive, not -0.07",
+            "a positive number",
+        ),
+        (
+            "median = 0.07",
+            "median = 0.0",
+            "the median of mu must be positive, not 0",
+            "a positive number",
+        ),
+        ("median = 0.07", "median = 1.0", "parameters.mu.median = 1", "below 1"),
+        (
+            "scale_Nm = 10.0",
+            "",
+            "parameters.T_T: no scale; .*either scale_Nm, or scale",
+            "together with scale_in",
+        ),
+        (
+            "scale_Nm = 10.0",
+            "scale = 10.0",
+            "parameters.T_T: with scale; .*either scale_Nm, or scale",
+            "together with scale_in",
+        ),
+        ("coordinate_sd = 2.0", "coordinate_sd = 0", "T_T.coordinate_sd", "greater than 0"),
+        ("coordinate_sd = 2.0", "coordinate_sd = 2.0\nshape = 1", "T_T.shape", "coordinate_sd"),
+        ("T1_Nm = 14.0", 'T1_Nm = "fourteen"', "catalogue.T1_Nm", "without quotation marks"),
+        ("T1_Nm = 14.0", "", "catalogue: only T2_Nm", "or neither"),
+        ("T1_Nm = 14.0", "T1_Nm = 49.0", "catalogue.T1_Nm = 49", "T1_Nm below T2_Nm"),
+        ("source =", "origin =", "the key origin, .* and no source", "name, source, parameters"),
+        ('name = "csf-25-80"', 'name = ""', "name = ''", "text that is not empty"),
+        ("[parameters.K_F]", "[parameters.K_F", "own.toml", "TOML"),
     ],
 )
-def test_a_wrong_file_is_refused_by_the_key(old: str, new: str, said: str, tmp_path: Path) -> None:
+def test_a_wrong_file_is_refused_by_the_key(
+    old: str, new: str, said: str, expected: str, tmp_path: Path
+) -> None:
     assert old in SHIPPED
     path = written(tmp_path, SHIPPED.replace(old, new, 1))
     with pytest.raises(BadInputError, match=said) as refused:
         read_prior_file(str(path))
     assert "own.toml" in refused.value.where
+    assert expected in refused.value.expected
+    assert refused.value.advice
+
+
+def test_a_file_without_parameters_says_the_form(tmp_path: Path) -> None:
+    path = written(tmp_path, 'name = "own"\nsource = "none"\n')
+    with pytest.raises(BadInputError, match="found no parameters") as refused:
+        read_prior_file(str(path))
     assert all(name in refused.value.expected for name in BY_NAME)
 
 

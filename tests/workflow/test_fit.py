@@ -243,7 +243,7 @@ def test_what_is_not_declared_is_said(tmp_path: Path) -> None:
     outcome = hdprog.fit(hdprog.read_loop(LOOP), quick=True)
     said = " ".join(outcome.tests[0].warnings)
     for words in (
-        "names no model and no prior",
+        "No model and no prior are declared",
         "log-sd of 1.5",
         "rated torque is not given",
         "gear-tooth angle is not declared: 30°",

@@ -1,0 +1,66 @@
+"""Arguments and options that several commands share: each is named and explained here alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+LoopFile = Annotated[
+    Path,
+    typer.Argument(metavar="LOOP", help="A loop file (CSV, TSV, gzip, xlsx)."),
+]
+LoopOrFolder = Annotated[
+    Path,
+    typer.Argument(metavar="LOOP|DRIVE_DIR", help="A loop file or a drive folder."),
+]
+LoopsOrFolders = Annotated[
+    list[Path],
+    typer.Argument(metavar="PATH...", help="Loop files or drive folders."),
+]
+DriveFolder = Annotated[
+    Path,
+    typer.Argument(metavar="DRIVE_DIR", help="A folder with drive.toml, tests.csv and loops/."),
+]
+Seed = Annotated[
+    int,
+    typer.Option(
+        "--seed",
+        min=0,
+        help="Seed of everything random: same seed, same input, same machine, same numbers.",
+    ),
+]
+AsJson = Annotated[
+    bool,
+    typer.Option("--json", help="Write the JSON to standard output, and nothing else there."),
+]
+Quick = Annotated[
+    bool,
+    typer.Option("--quick", help="Fewer draws; the report is marked as quick."),
+]
+Quiet = Annotated[
+    bool,
+    typer.Option("--quiet", help="Show no progress."),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", help="Folder to write to (default: ./hdprog-NAME)."),
+]
+DriveFile = Annotated[
+    Path | None,
+    typer.Option("--drive", help="drive.toml with the drive's model, limits and noise."),
+]
+Columns = Annotated[
+    str | None,
+    typer.Option(
+        "--columns",
+        help="Which column is what, with its unit: torque=TORQUE:Nm,angle=POSITION:rev,time=TIME:s",
+    ),
+]
+Select = Annotated[
+    str | None,
+    typer.Option(
+        "--select", help="Keep only rows where a column has these values: test_nr=100,101"
+    ),
+]
