@@ -240,7 +240,7 @@ def _why_not(traced: Traced, name: str) -> str:
     gain = traced.steps[0].gains[name]
     final = traced.final
     if gain < THRESHOLD:
-        return f"no evidence: log Bayes factor {gain:.1f} where {THRESHOLD:g} is asked for"
+        return f"no evidence: log Bayes factor {_told(gain)} where {THRESHOLD:g} is asked for"
     if name in traced.mechanisms.ids:
         return (
             "carries part of the error only; an empirical term carries more of it, so the "
@@ -251,17 +251,22 @@ def _why_not(traced: Traced, name: str) -> str:
         last = next(
             (step.gains[name] for step in reversed(traced.steps) if name in step.models), gain
         )
-        beside = " and ".join(one.replace("_", " ") for one in final.ids)
+        beside = " + ".join(one.replace("_", " ") for one in final.ids)
         if len(traced.steps) > 1 and last < THRESHOLD:
             return (
-                f"log Bayes factor {gain:.1f} where {best:.1f} was reached; beside {beside} it "
-                f"gains nothing more ({last:.1f})"
+                f"log Bayes factor {_told(gain)} where {best:.1f} was reached; beside {beside} it "
+                f"gains nothing more ({_told(last)})"
             )
         return (
-            f"log Bayes factor {last:.1f} beside {beside}, but it would carry too little of the "
+            f"log Bayes factor {_told(last)} beside {beside}, but it would carry too little of the "
             "error"
         )
-    return f"log Bayes factor {gain:.1f}, less than an empirical term gains"
+    return f"log Bayes factor {_told(gain)}, less than an empirical term gains"
+
+
+def _told(gain: float) -> str:
+    """To one decimal, and no minus before a zero."""
+    return f"{round(gain, 1) + 0.0:.1f}"
 
 
 def _strained(base: Model) -> dict[str, float]:

@@ -154,13 +154,8 @@ def sample_posterior(
             f"{min(diagnostics.ess_bulk.min(), diagnostics.ess_tail.min()):.0f}): its numbers "
             "are not to be relied on.",
         )
-    beside = [effect.id.replace("_", " ") for effect in likelihood.effects]
-    if beside:
-        warnings.append(
-            "The figures of merit are those of the eight parameters: what "
-            f"{' and '.join(beside)} adds to the loop is not in them. Width, loss and lost motion "
-            "with lasting effects included are given beside them where there are any."
-        )
+    if likelihood.effects:
+        warnings.append(_figures_leave_out(likelihood.effects))
     if sampling.get("pareto_k", 0.0) > PARETO_K_LIMIT:
         warnings.append(
             "The effects' parameters are drawn from a model that is linear in them, and this record"
@@ -186,6 +181,18 @@ def sample_posterior(
         sampling=sampling,
         warnings=tuple(warnings),
     )
+
+
+def _figures_leave_out(effects: tuple[Effect, ...]) -> str:
+    names = [effect.id.replace("_", " ") for effect in effects]
+    listed = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
+    said = (
+        "The figures of merit are those of the eight parameters: what "
+        f"{listed} add{'s' if len(names) == 1 else ''} to the loop is not in them."
+    )
+    if any(effect.lasting and effect.static for effect in effects):
+        said += " Width, loss and lost motion with what is lasting are given beside them."
+    return said
 
 
 def _without_effects(start: StartingPoint) -> StartingPoint:

@@ -119,9 +119,9 @@ def operation_of(drive: Drive, prior: Prior, loop: Loop) -> tuple[Operation, str
     largest = float(np.max(np.abs(loop.torque)))
     rated, remark = drive.rated_torque, None
     if rated is None:
-        rated = largest
+        rated = float(f"{largest:.3g}")
         remark = (
-            f"The drive's rated torque is not given: figures of merit refer to {largest:.3g} Nm, "
+            f"The drive's rated torque is not given: figures of merit refer to {rated:g} Nm, "
             "the record's largest torque. Set rated_torque_Nm in drive.toml to compare tests."
         )
     reference = drive.reference_torque if drive.reference_torque is not None else rated

@@ -1,23 +1,31 @@
-"""Marks that several pictures share: hour axes and labelled vertical lines that do not collide."""
+"""Axes that pictures share: room for tick labels, hours, labelled lines that do not collide."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import TextPath
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from hdprog.reporting.rounding import THIN_SPACE
+from hdprog.reporting.rounding import MINUS, THIN_SPACE
 from hdprog.reporting.style import INK
 
 THOUSANDS = FuncFormatter(
-    lambda value, _: f"{value:,.10g}".replace(",", THIN_SPACE).replace("-", "\u2212")
+    lambda value, _: f"{value:,.10g}".replace(",", THIN_SPACE).replace("-", MINUS)
 )
 """Tick labels with thin spaces between thousands."""
 PERCENT = FuncFormatter(lambda value, _: f"{100 * value:.0f}{THIN_SPACE}%")
 """Tick labels of probabilities."""
 
+_TICK = 7.0 / 72.0  # inches: a tick and the gap to its label, at their default lengths
+_GAP = 0.11  # inches between tick labels and the label of the axis
+_LABEL_HEIGHT = 0.16  # inches of a line of text, turned upright
+_EDGE = 0.04  # inches left free at the edge of the figure
+_USUAL_LEFT = 0.72  # inches; pictures with short labels line up below each other
 _LETTER_WIDTH = 0.0685  # inches a letter at 8.5 points, DejaVu Sans, on average
 _ROW_HEIGHT = 0.17  # inches
 
@@ -48,6 +56,73 @@ class _Label:
     @property
     def middle(self) -> float:
         return self.left + len(self.event.label) * _LETTER_WIDTH / 2
+
+
+def room_on_the_left(strips: Sequence[Axes]) -> float:
+    """Part of the figure's width that the tick labels and the label of y axes take up.
+
+    Limits, locators and formatters of the axes must have been set.
+    """
+    needed = _widest_label(strips) + _TICK + _GAP + _LABEL_HEIGHT + _EDGE
+    return max(_USUAL_LEFT, needed) / _wide(strips[0])
+
+
+def align_left(strips: Sequence[Axes]) -> None:
+    """Move the left edges of axes that stand above each other to where their y labels have room.
+
+    The right edges stay. The labels of the y axes are put on one line.
+    """
+    left = room_on_the_left(strips)
+    for axes in strips:
+        place = axes.get_position()
+        axes.set_position((left, place.y0, place.x1 - left, place.height))
+    put_y_labels(strips)
+
+
+def put_y_labels(strips: Sequence[Axes]) -> None:
+    """Put the labels of y axes whose left edges are in line beside the widest tick label."""
+    away = _widest_label(strips) + _TICK + _GAP
+    for axes in strips:
+        figure = axes.get_figure(root=True)
+        place = axes.get_position()
+        at = place.x0 - away / _wide(axes)
+        axes.yaxis.label.set_verticalalignment("bottom")
+        axes.yaxis.set_label_coords(
+            at, (place.y0 + place.y1) / 2, transform=None if figure is None else figure.transFigure
+        )
+
+
+def title_that_fits(axes: Axes, title: str, shorter: str) -> None:
+    """Set the title of axes, or a shorter one where it would run over their right edge."""
+    font = FontProperties(
+        size=mpl.rcParams["axes.titlesize"], weight=mpl.rcParams["axes.titleweight"]
+    )
+    room = axes.get_position().width * _wide(axes)
+    axes.set_title(title if _text_width(title, font) <= room else shorter)
+
+
+def _text_width(text: str, font: FontProperties) -> float:
+    """Width of a text in inches."""
+    return float(TextPath((0, 0), text, prop=font).get_extents().width) / 72.0
+
+
+def _wide(axes: Axes) -> float:
+    """Width of the figure in inches."""
+    figure = axes.get_figure(root=True)
+    if figure is None:
+        raise ValueError("the axes belong to no figure")
+    return float(figure.get_size_inches()[0])
+
+
+def _widest_label(strips: Sequence[Axes]) -> float:
+    """Width in inches of the longest tick label of y axes."""
+    font = FontProperties(size=mpl.rcParams["ytick.labelsize"])
+    texts: list[str] = []
+    for axes in strips:
+        low, high = sorted(axes.get_ylim())
+        ticks = [float(tick) for tick in axes.get_yticks() if low <= tick <= high]
+        texts += axes.yaxis.get_major_formatter().format_ticks(ticks)
+    return max((_text_width(text, font) for text in texts), default=0.0)
 
 
 def hour_axis(axes: Axes, first: float, last: float) -> None:

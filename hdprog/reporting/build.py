@@ -9,6 +9,7 @@ from functools import cache
 import jinja2
 
 from hdprog.reporting import outlook
+from hdprog.reporting.drive_name import drive_name, is_declared
 from hdprog.reporting.figures.loop_panel import PanelScales, loop_panel
 from hdprog.reporting.figures.loops_overlay import loops_overlay
 from hdprog.reporting.figures.remaining_life import remaining_life
@@ -18,7 +19,7 @@ from hdprog.reporting.sections import effects, facts, method, provenance, tests,
 from hdprog.reporting.sections import remaining_life as life
 from hdprog.reporting.style import Picture, house_style
 from hdprog.reporting.verdict import verdict
-from hdprog.reporting.words import capital, quantity, tidy
+from hdprog.reporting.words import capital, counted, quantity, tidy, torque_words
 from hdprog.results import DriveResult, TestResult
 
 
@@ -56,8 +57,8 @@ def build_report(result: DriveResult, catalogue: Mapping[str, float] | None = No
         .get_template("report.html")
         .render(
             **pictures,
-            title=f"{result.drive.id} – {said.label} – hdprog",
-            drive_id=result.drive.id,
+            title=f"{drive_name(result)} – {said.label} – hdprog",
+            name=drive_name(result),
             subtitle=_subtitle(result),
             single=len(result.tests) == 1,
             verdict=said,
@@ -123,9 +124,10 @@ def _subtitle(result: DriveResult) -> str:
     if drive.ratio is not None:
         parts.append(f"ratio {plain(drive.ratio)}")
     if drive.rated_torque is not None:
-        parts.append(f"rated torque {plain(drive.rated_torque)} Nm")
-    count = len(result.tests)
-    parts.append("1 test" if count == 1 else f"{count} tests")
+        parts.append(f"rated torque {torque_words(drive.rated_torque)}")
+    if not is_declared(drive):
+        parts.append("drive not declared")
+    parts.append(counted(len(result.tests), "test"))
     parts.append(f"report of {result.provenance.created[:10]}")
     return " · ".join(part for part in parts if part)
 

@@ -17,14 +17,16 @@ from hdprog.explanation import (
 )
 from hdprog.physics.figures import ARCMIN_PER_RAD
 from hdprog.physics.parameters import FloatArray
-from hdprog.reporting.pooled import pooled_carriers, pooled_errors, root_mean_square
-from hdprog.reporting.rounding import hours, hours_up, rounded, significant, without_unit
-from hdprog.reporting.words import listed, spoken, with_unit
+from hdprog.reporting.error_words import before_and_after, errors, not_predicted
+from hdprog.reporting.pooled import pooled_carriers
+from hdprog.reporting.rounding import hours, hours_up, rounded, without_unit
+from hdprog.reporting.words import agree, listed, spoken, with_unit
 
 NO_MECHANISM = "something that no known mechanism describes"
 SIGNIFICANT = 0.05
 """Largest p-value at which a coordinate is said to carry the residual."""
-_MICRO = 1e6
+_LEAST = 0.1  # share of the residual from which a coordinate is said to carry it
+_PERSONS = {"coulomb": "Coulomb", "stribeck": "Stribeck"}
 _WIDE = 0.6  # part of a coordinate's span from which an unknown term lies "over the whole range"
 _HAS_BRANCHES = ("torque", "branch", "angle", "output_angle", "distance_since_reversal")
 
@@ -64,7 +66,9 @@ def coordinate(name: str) -> Coordinate:
 
 def effect_name(identifier: str) -> str:
     """Name of an effect for running text; the empirical term is no effect and says so."""
-    return "an unknown effect" if identifier == UNKNOWN else spoken(identifier)
+    if identifier == UNKNOWN:
+        return "an unknown effect"
+    return " ".join(_PERSONS.get(word, word) for word in spoken(identifier).split())
 
 
 def effect_words(effect: FoundEffect) -> str:
@@ -84,20 +88,9 @@ def unknown_term(effects: Sequence[FoundEffect]) -> FoundEffect | None:
     return next((effect for effect in effects if effect.id == UNKNOWN), None)
 
 
-def micro(value: float | None) -> str:
-    """Angle in rad as µrad, without the unit; an en dash for none."""
-    return significant(None if value is None else _MICRO * value, 2)
-
-
-def error_words(before: float, after: float, floor: float) -> str:
-    """Error (rad) before and after against the noise floor: "31 → 7.1 µrad (…)"."""
-    said = with_unit(f"{micro(before)} → {micro(after)}", "µrad")
-    return f"{said} (noise floor {with_unit(micro(floor), 'µrad')})"
-
-
 def carrier(carried_by: Sequence[Carrier]) -> Carrier | None:
     """Coordinate that carries the residual most, None where none does."""
-    found = [c for c in carried_by if c.fraction > 0 and c.p_value <= SIGNIFICANT]
+    found = [c for c in carried_by if c.fraction >= _LEAST and c.p_value <= SIGNIFICANT]
     return max(found, key=lambda c: c.fraction, default=None)
 
 
@@ -161,8 +154,8 @@ def found_words(explanation: Explanation | DriveExplanation) -> str | None:
     known, unknown = mechanisms(explanation.effects), unknown_term(explanation.effects)
     said = []
     if known:
-        noun = "An effect" if len(known) == 1 else "Effects"
-        verb = "was" if len(known) == 1 else "were"
+        noun = agree(len(known), "An effect", "Effects")
+        verb = agree(len(known), "was", "were")
         named = listed(effect_words(effect) for effect in known)
         said.append(f"{noun} outside the drive model {verb} found: {named}.")
     if unknown is not None:
@@ -196,18 +189,6 @@ def remaining_words(levels: Mapping[float, float | None]) -> str:
     return f"{without_unit(early)} to {late}"
 
 
-def errors(explanation: Explanation | DriveExplanation) -> tuple[float, float, float]:
-    """Error before, error after and noise floor in rad, of a drive pooled over its tests."""
-    if isinstance(explanation, DriveExplanation):
-        tests = explanation.tests
-        return (
-            pooled_errors(tests, lambda test: test.before).rmse_rad,
-            pooled_errors(tests, lambda test: test.after).rmse_rad,
-            root_mean_square(test.noise_floor_rad for test in tests) or 0.0,
-        )
-    return explanation.before.rmse_rad, explanation.after.rmse_rad, explanation.noise_floor_rad
-
-
 def carriers(explanation: Explanation | DriveExplanation) -> tuple[Carrier, ...]:
     """Carriers of the residual, of a drive pooled over its tests."""
     if isinstance(explanation, DriveExplanation):
@@ -224,7 +205,11 @@ def traced_sentences(explanation: Explanation | DriveExplanation) -> list[str]:
     if most is not None:
         lead = f"The residual of the drive model follows {coordinate(most.coordinate).name}"
     names = listed(effect_name(effect.id) for effect in explanation.effects)
-    said = [f"{lead}; with {names} the error goes {error_words(*errors(explanation))}."]
+    found = errors(explanation)
+    said = [f"{lead}; with {names} the error goes {before_and_after(found)}."]
+    doubt = not_predicted(found)
+    if doubt is not None:
+        said.append(doubt)
     if unknown_term(explanation.effects) is not None:
         said.append(
             f"Something acts {place_of_unknown(explanation)} that is none of the known effects: "
@@ -235,6 +220,6 @@ def traced_sentences(explanation: Explanation | DriveExplanation) -> list[str]:
         if old is not None and new is not None:
             said.append(
                 f"Remaining life (90 %) moves from {remaining_words(old)} without to "
-                f"{remaining_words(new)} with it."
+                f"{remaining_words(new)} with {agree(len(explanation.effects), 'it', 'them')}."
             )
     return said

@@ -16,6 +16,7 @@ from hdprog.explanation import (
     Quantiles,
 )
 from hdprog.physics.parameters import BY_NAME, FloatArray
+from hdprog.reporting.drive_name import drive_name
 from hdprog.reporting.pooled import pooled_carriers, pooled_errors, root_mean_square
 from hdprog.reporting.summary import number, quantiles
 from hdprog.reporting.words import quantity
@@ -46,7 +47,7 @@ def explain_json(result: DriveResult) -> dict[str, Any]:
         "schema": SCHEMA,
         "hdprog_version": result.provenance.hdprog_version,
         "seed": result.provenance.seed,
-        "drive": {"id": result.drive.id},
+        "drive": {"id": drive_name(result)},
         **body,
         "units": _units(body),
     }

@@ -24,8 +24,8 @@ def condition(test: TestResult) -> str:
     chosen = [key for key in test.figures if key.partition("@")[0] in _TOLD]
     if not chosen:
         return "No figure of merit could be computed from this test."
-    parts = [f"{quantity(key).name} {value_words(test, key)}" for key in chosen[:4]]
-    return f"Present condition: {listed(parts)}."
+    parts = [f"a {quantity(key).name} of {value_words(test, key)}" for key in chosen[:4]]
+    return f"This test shows {listed(parts)}."
 
 
 def against_limit(test: TestResult, limit: Limit) -> str:

@@ -6,6 +6,8 @@ import math
 
 THIN_SPACE = "\u202f"
 """Narrow no-break space: groups thousands and stands before a unit."""
+MINUS = "\u2212"
+"""The sign of negative numbers on pages and in pictures."""
 _SLACK = 1e-9  # a number that lies on a step up to floating point is on it
 
 
@@ -30,7 +32,7 @@ def grouped(value: float, decimals: int) -> str:
     text = f"{value:,.{max(decimals, 0)}f}".replace(",", THIN_SPACE)
     if not text.strip("-0." + THIN_SPACE):
         return text.lstrip("-")  # no minus before a zero
-    return text.replace("-", "\u2212")
+    return text.replace("-", MINUS)
 
 
 def plain(value: float) -> str:
@@ -46,7 +48,7 @@ def scientific(value: float, digits: int) -> str:
     """Write a number with a power of ten, such as 1.2 × 10⁻⁵, to a count of significant digits."""
     mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
     raised = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-    return f"{mantissa} × 10{raised}".replace("-", "\u2212")
+    return f"{mantissa} × 10{raised}".replace("-", MINUS)
 
 
 def rounded(value: float | None, uncertainty: float) -> str:

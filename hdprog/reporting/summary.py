@@ -7,9 +7,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from hdprog.physics.parameters import BY_NAME
+from hdprog.reporting.drive_name import drive_name
 from hdprog.reporting.outlook import next_test_hours
 from hdprog.reporting.verdict import verdict
-from hdprog.reporting.words import FIRST_LIMIT, quantity
+from hdprog.reporting.words import FIRST_LIMIT, keyboard_signs, quantity
 from hdprog.results import (
     LEVELS,
     DriveResult,
@@ -40,7 +41,7 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
             "status": said.status,
             "provisional": said.provisional,
             "label": said.label,
-            "text": said.text,
+            "text": keyboard_signs(said.text),
         },
         "next_test_hours": number(next_test_hours(result)),
         "tests": [_test(test) for test in result.tests],
@@ -76,7 +77,7 @@ def quantiles(levels: Mapping[float, Any]) -> dict[str, float | None]:
 def _drive(result: DriveResult) -> dict[str, Any]:
     drive = result.drive
     return {
-        "id": drive.id,
+        "id": drive_name(result),
         "model": drive.model,
         "ratio": number(drive.ratio),
         "alpha_deg": number(round(math.degrees(drive.alpha), 9)),
@@ -107,6 +108,9 @@ def _test(test: TestResult) -> dict[str, Any]:
         "converged": test.converged,
         "parameters": {name: _parameter(value) for name, value in test.parameters.items()},
         "figures": {key: quantiles(levels) for key, levels in test.figures.items()},
+        "figures_with_effects": {
+            key: quantiles(levels) for key, levels in test.figures_with_effects.items()
+        },
         "effects": list(test.effects),
         "rmse_rad": number(test.rmse_rad),
         "noise_floor_rad": number(test.noise_floor_rad),
@@ -122,7 +126,7 @@ def _test(test: TestResult) -> dict[str, Any]:
 
 def _trend(trend: TrendSummary) -> dict[str, Any]:
     return {
-        "model": trend.model,
+        "model": keyboard_signs(trend.model),
         "converged": trend.converged,
         "hyperparameters": {n: quantiles(v) for n, v in trend.hyperparameters.items()},
         "carried_by_prior": list(trend.carried_by_prior),

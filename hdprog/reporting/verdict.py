@@ -19,7 +19,7 @@ from hdprog.reporting.rounding import (
     share,
     without_unit,
 )
-from hdprog.reporting.words import capital, counted, listed, quantity, tidy, with_unit
+from hdprog.reporting.words import agree, capital, counted, listed, quantity, tidy, with_unit
 from hdprog.results import DriveResult, Forecast
 
 Status = Literal["act", "plan", "good", "present"]
@@ -80,8 +80,10 @@ def not_converged(result: DriveResult) -> str:
     doubtful = [test.test_id for test in result.tests if not test.converged]
     parts = []
     if doubtful:
-        noun = "test" if len(doubtful) == 1 else "tests"
-        parts.append(f"the fit of {noun} {listed(doubtful)}")
+        fits = agree(len(doubtful), "the fit of test", "the fits of tests")
+        added = result.explanation is not None and result.explanation.effects
+        beside = " with what was added" if added else ""
+        parts.append(f"{fits} {listed(doubtful)}{beside}")
     if result.trend is not None and not result.trend.converged:
         parts.append("the trend")
     again = "in full, not quick," if result.provenance.quick else "with another seed"

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from hdprog.physics.parameters import BY_NAME
-from hdprog.reporting.rounding import THIN_SPACE, plain
+from hdprog.reporting.rounding import MINUS, THIN_SPACE, plain, significant
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,11 @@ _QUANTITIES: Mapping[str, Quantity] = {
 }
 
 _PERCENT = re.compile(r"(\d) %")
+# A hyphen before a digit, unless it joins ("csf-25-80", "18-26") or begins an option.
+_HYPHEN = re.compile(r"(?<![\w.)\]-])-(?=\d)")
+_MINUS_ZERO = re.compile(rf"{MINUS}(0(?:\.0+)?)(?![\d.]*\d)")
+_EXPONENT = re.compile(r"(?<![\w.-])(-?\d(?:\.\d+)?)e([+-]\d{2,3})(?![\w.])")
+_DECLARED_DIGITS = 4
 
 FIRST_LIMIT = "first_limit"
 """Key of the forecast of the first of all limits."""
@@ -78,8 +83,17 @@ def quantity(key: str) -> Quantity:
         return Quantity(base.replace("_", " "), "", "")
     if not torque:
         return known
-    at = plain(float(torque.removesuffix("Nm")))
-    return Quantity(f"{known.name} at {at}{THIN_SPACE}Nm", known.unit, known.meaning)
+    at = torque_words(float(torque.removesuffix("Nm")))
+    return Quantity(f"{known.name} at {at}", known.unit, known.meaning)
+
+
+def torque_words(value: float) -> str:
+    """Torque in Nm with its unit: as it was declared, or to three digits as read from a record.
+
+    Nobody declares a torque to five digits: one that has them was read from a record.
+    """
+    declared = float(f"{value:.{_DECLARED_DIGITS}g}") == value
+    return with_unit(plain(value) if declared else significant(value), "Nm")
 
 
 def with_unit(number: str, unit: str) -> str:
@@ -134,9 +148,27 @@ def contraction_words(contraction: float) -> str:
     return "well informed"
 
 
+def agree(count: int, one: str, several: str) -> str:
+    """Form of a word that agrees with a count: "does" for one, "do" for several."""
+    return one if count == 1 else several
+
+
 def tidy(text: str) -> str:
-    """Text whose per cent signs stay on the line of their numbers."""
+    """Text as a page shows it: true minus signs, no "4.5e+04", per cent signs kept in line."""
+    text = _EXPONENT.sub(_written_out, text)
+    text = _MINUS_ZERO.sub(r"\1", _HYPHEN.sub(MINUS, text))
     return _PERCENT.sub(rf"\1{THIN_SPACE}%", text)
+
+
+def _written_out(found: re.Match[str]) -> str:
+    mantissa = found[1]
+    digits = sum(sign.isdigit() for sign in mantissa)
+    return significant(float(found[0]), digits)
+
+
+def keyboard_signs(text: str) -> str:
+    """Text with a plain "-" for every minus sign, for a terminal and for JSON."""
+    return text.replace(MINUS, "-")
 
 
 def spoken(name: str) -> str:

@@ -141,6 +141,7 @@ def one_test(
             for name in truth
         },
         figures={key: by_level(values) for key, values in told.items()},
+        figures_with_effects={},
         effects=(),
         fit=fit,
         rmse_rad=float(np.std(angle - predict(torque, truth) - 1e-3)),

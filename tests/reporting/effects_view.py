@@ -40,5 +40,5 @@ def tables(explanation: Explanation | DriveExplanation) -> dict[str, dict[str, t
 
 def said(explanation: Explanation | DriveExplanation) -> str:
     found = section(explanation)
-    texts = [found.lead, *(text for part in found.parts for text in part.paragraphs)]
+    texts = [found.lead, found.left, *(text for part in found.parts for text in part.paragraphs)]
     return spaced(" ".join(texts))

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -73,12 +74,14 @@ def test_an_adequate_record_says_so_and_stays_short() -> None:
     found = section(explanations.adequate())
     assert spaced(found.lead) == (
         "The drive model explains this record down to its noise: nothing was added. "
-        "Error 7.1 µrad, noise floor 7.0 µrad."
+        "Error 7.1 µrad on the data fitted and 7.3 µrad on data left out of the fit (noise floor "
+        "7.0 µrad)."
     )
     assert [part.title for part in found.parts] == ["", "Considered and rejected"]
     (picture,) = found.parts[0].pictures
     assert spaced(picture.alt) == (
-        "Test t01: the drive model alone leaves 7.1 µrad; the noise floor is 7.0 µrad."
+        "Test t01: the drive model alone leaves 7.1 µrad on the data fitted and 7.3 µrad on data "
+        "left out of the fit (noise floor 7.0 µrad)."
     )
     assert picture.height < 300
     assert len(found.parts[0].tables[0].columns) == 2
@@ -88,7 +91,8 @@ def test_an_explained_record_names_the_effect_and_its_errors() -> None:
     found = section(explanations.record())
     assert spaced(found.lead) == (
         "The drive model alone does not explain this record; creep (the angle keeps growing under "
-        "load and recovers) does. Error 26 → 7.1 µrad (noise floor 7.0 µrad)."
+        "load and recovers) does. Error 26 → 7.1 µrad on the data fitted and 29 → 7.4 µrad on data "
+        "left out of the fit (noise floor 7.0 µrad)."
     )
     assert [part.title for part in found.parts] == [
         "",
@@ -99,7 +103,34 @@ def test_an_explained_record_names_the_effect_and_its_errors() -> None:
         "Considered and rejected",
     ]
     (picture,) = found.parts[0].pictures
-    assert spaced(picture.alt).startswith("Test t01: with creep the error goes from 26 to 7.1")
+    assert spaced(picture.alt).startswith("Test t01: with creep the error goes 26 → 7.1 µrad on")
+
+
+def test_words_agree_with_several_effects() -> None:
+    two = explanations.record(effects=(explanations.creep(), explanations.backlash()))
+    assert "backlash (a step in angle where torque changes sign) do. Error" in section(two).lead
+    partly = (explanations.creep(), explanations.backlash(), explanations.unknown())
+    text = said(explanations.record("partly_explained", partly, "creep+bump"))
+    assert "changes sign) do in part, and something that no known mechanism describes" in text
+    assert "Without creep, backlash and the unknown effect these came out wrong" in text
+    page = Page(build_report(explanations.single(two))).text
+    assert "Effects outside the drive model were found: creep" in page
+    assert "when the effects are added" in page
+    assert "the effects together" in page
+    assert "What the missing effects did to the numbers" in page
+    drive = explanations.drive_explanation(
+        effects=(explanations.creep(origin="rig"), explanations.backlash(origin="wear"))
+    )
+    assert verdict(explanations.of_drive(drive)).sentences[-1].endswith("horizon with them.")
+
+
+def test_gains_below_zero_have_true_minus_signs() -> None:
+    why = "no evidence: log Bayes factor -0.7 where 5 is asked for"
+    worse = replace(explanations.CONSIDERED[0], log_evidence_gain=-0.7, why_not=why)
+    page = Page(build_report(explanations.single(explanations.record(considered=(worse,)))))
+    assert "log Bayes factor \u22120.7 where" in page.text
+    shown = page.text.partition("Provenance")[0]
+    assert re.findall(r"(?<![\w.)-])-\d", shown) == []
 
 
 def test_what_no_mechanism_describes_is_placed_and_drawn() -> None:
@@ -107,8 +138,8 @@ def test_what_no_mechanism_describes_is_placed_and_drawn() -> None:
     found = section(record)
     assert spaced(found.lead) == (
         "In this record there is something that no known mechanism describes: it acts over torque "
-        "between 19 and 25 Nm on both branches. Its shape is drawn below. Error 11 → 7.1 µrad "
-        "(noise floor 7.0 µrad)."
+        "between 19 and 25 Nm on both branches. Its shape is drawn below. Error 11 → 7.1 µrad on "
+        "the data fitted and 13 → 7.4 µrad on data left out of the fit (noise floor 7.0 µrad)."
     )
     shape = next(part for part in found.parts if part.title == "The unknown part")
     assert "lies over torque between 19 and 25 Nm" in spaced(shape.pictures[0].alt)
@@ -177,7 +208,8 @@ def test_a_drive_tells_origin_hours_left_and_each_test() -> None:
     found = section(drive)
     assert spaced(found.lead) == (
         "The drive model alone does not explain 5 of 7 tests; backlash (a step in angle where "
-        "torque changes sign) does. Error over all tests 9.5 → 7.1 µrad (noise floor 7.0 µrad)."
+        "torque changes sign) does. Error over all tests 9.5 → 7.1 µrad on the data fitted and "
+        "10 → 7.4 µrad on data left out of the fit (noise floor 7.0 µrad)."
     )
     text = said(drive)
     assert "It grows with service hours" in text
@@ -188,7 +220,14 @@ def test_a_drive_tells_origin_hours_left_and_each_test() -> None:
     assert tables(drive)["Hours from the last"]["with backlash"] == ("1 420 h", "1 900 h", "later")
     each = tables(drive)["Each test by itself."]
     assert each["t01"][1] == "nothing lacking"
-    assert each["t07"] == ("900 h", "explained", "14", "7.1", "7.0", "backlash")
+    assert each["t07"] == (
+        "900 h",
+        "explained",
+        "14 (left out: 15)",
+        "7.1 (left out: 7.4)",
+        "7.0",
+        "backlash",
+    )
     titles = [part.title for part in found.parts]
     assert [t for t in titles if t.startswith("Residual")] == [
         f"Residual of test t0{n}: backlash" for n in range(4, 8)
@@ -216,7 +255,9 @@ def test_a_drive_without_a_forecast_tells_no_hours_left() -> None:
 
 def test_an_adequate_drive_says_so() -> None:
     assert spaced(section(explanations.adequate_drive()).lead) == (
-        "The drive model explains all 3 tests down to their noise: nothing was added."
+        "The drive model explains all 3 tests down to their noise: nothing was added. Error over "
+        "all tests 7.1 µrad on the data fitted and 7.3 µrad on data left out of the fit (noise "
+        "floor 7.0 µrad)."
     )
 
 
@@ -224,7 +265,8 @@ def test_the_verdict_tells_what_was_added_and_what_it_moves() -> None:
     sentences = [spaced(text) for text in verdict(explanations.of_drive()).sentences]
     assert sentences[-2:] == [
         "The residual of the drive model follows torque; with backlash the error goes "
-        "9.5 → 7.1 µrad (noise floor 7.0 µrad).",
+        "9.5 → 7.1 µrad on the data fitted and 10 → 7.4 µrad on data left out of the fit (noise "
+        "floor 7.0 µrad).",
         "Remaining life (90 %) moves from 1 200 to 1 900 h without to 1 420 h to later than the "
         "horizon with it.",
     ]

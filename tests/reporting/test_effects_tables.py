@@ -14,7 +14,7 @@ from tests.reporting.effects_view import said, tables
 def test_errors_stand_side_by_side() -> None:
     table = tables(explanations.record())["Error of the fit."]
     assert table["on the data fitted"] == ("26", "7.1")
-    assert table["on data left out"] == ("29", "7.4")
+    assert table["on data left out of the fit"] == ("29", "7.4")
     assert table["just after reversals"][1] == "7.3"
     assert table["falling branch"][1] == "7.2"
     assert table["noise floor"] == ("7.0", "7.0")
@@ -68,7 +68,9 @@ def test_the_bias_is_told_largest_first() -> None:
     assert table["K_F"][2:] == ("12 % too low", "+4.4")
     assert table["μ"][2:] == ("36 % too high", "−8.9")
     assert "creep.compliance" not in table
-    assert "hysteresis width 19 % too high, μ 36 % too high and secant stiffness" in said(record)
+    assert "hysteresis width (19 % too high), μ (36 % too high) and secant stiffness" in said(
+        record
+    )
 
 
 def test_the_shift_is_in_standard_deviations_of_the_claim_before() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from hdprog.reporting.build import build_report
+from hdprog.reporting.summary import summary_json
 from hdprog.results import DriveResult
 from tests.reporting import drives
 from tests.reporting.page import Page, spaced
@@ -204,3 +205,15 @@ def test_reports_do_not_touch_matplotlib_settings() -> None:
     before = dict(mpl.rcParams)
     build_report(drives.single_fit())
     assert dict(mpl.rcParams) == before
+
+
+def test_figures_with_lasting_effects_stand_below_those_without() -> None:
+    result = drives.single_fit()
+    whole = {"lost_motion_arcmin": dict.fromkeys((0.05, 0.25, 0.5, 0.75, 0.95), 1.25)}
+    test = replace(result.tests[0], figures_with_effects=whole)
+    told = replace(result, tests=(test,))
+    assert "with lasting effects" not in Page(build_report(result)).text
+    assert "t01 with lasting effects – – 1.25" in Page(build_report(told)).text
+    assert summary_json(told)["tests"][0]["figures_with_effects"] == {
+        "lost_motion_arcmin": {"q05": 1.25, "q25": 1.25, "q50": 1.25, "q75": 1.25, "q95": 1.25}
+    }

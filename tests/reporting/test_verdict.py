@@ -170,7 +170,7 @@ def test_a_quick_run_that_did_not_converge_is_to_be_run_in_full() -> None:
 def test_a_fit_without_limits_tells_the_present_condition() -> None:
     said, sentences = words(drives.single_fit())
     assert (said.status, said.label) == ("present", "Present condition only")
-    assert sentences[0].startswith("Present condition: hysteresis width 0.3")
+    assert sentences[0].startswith("This test shows a hysteresis width of 0.3")
     assert "arcmin (90 %: " in sentences[0]
     assert sentences[1] == "No limit is set for this drive, so that there is nothing to forecast."
 

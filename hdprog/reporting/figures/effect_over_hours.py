@@ -7,17 +7,18 @@ from matplotlib.ticker import MaxNLocator
 
 from hdprog.explanation import FoundEffect
 from hdprog.physics.parameters import FloatArray
-from hdprog.reporting.axes import THOUSANDS, hour_axis
-from hdprog.reporting.effect_words import effect_name, micro
+from hdprog.reporting.axes import THOUSANDS, align_left, hour_axis
+from hdprog.reporting.effect_words import effect_name
+from hdprog.reporting.error_words import micro
 from hdprog.reporting.geometry import MICRORADIAN
 from hdprog.reporting.rounding import hours
 from hdprog.reporting.style import FIT, MEASURED, MUTED, Picture, new_figure, picture
-from hdprog.reporting.words import capital, with_unit
+from hdprog.reporting.words import capital, counted, with_unit
 
 _ACTION = {
     "wear": "count it with the wear: watch it in the next tests.",
     "rig": "look for it in the rig and its mounting, not in the drive.",
-    "unclear": "test again: more service hours between tests show whether it grows.",
+    "unclear": "follow the advice above; a further test shows whether it grows.",
 }
 
 
@@ -40,6 +41,7 @@ def effect_over_hours(effect: FoundEffect, amplitude: FloatArray) -> Picture:
     axes.yaxis.set_major_locator(MaxNLocator(5))
     axes.yaxis.set_major_formatter(THOUSANDS)
     axes.set_ylabel("angle moved [µrad]")
+    align_left([axes])
     axes.plot(at, middle, color=MUTED, linewidth=0.9, linestyle=":")
     axes.errorbar(
         at[carried],
@@ -81,7 +83,7 @@ def _alt(effect: FoundEffect, at: FloatArray, middle: FloatArray, carried: Float
     found = np.flatnonzero(carried)
     if found.size == 0:
         return f"{name} is found in no single test; only all of them together show it."
-    count = f"{found.size} of {carried.size} tests"
+    count = f"{found.size} of {counted(carried.size, 'test')}"
     first, last = (
         f"{with_unit(micro(middle[i] / MICRORADIAN), 'µrad')} at {hours(float(at[i]))}"
         for i in (found[0], found[-1])

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from hdprog.physics.parameters import FloatArray
-from hdprog.reporting.axes import THOUSANDS
+from hdprog.reporting.axes import THOUSANDS, align_left
 from hdprog.reporting.geometry import (
     ARCMIN,
     MICRORADIAN,
@@ -93,6 +93,7 @@ def loop_panel(test: TestResult, scales: PanelScales) -> Picture:
     strip = figure.add_axes((0.09, 0.1, 0.895, 0.225))
     _draw_loop(loop, bent, test, scales)
     _draw_residual(strip, test, scales)
+    align_left([loop, strip])
     return picture(
         figure,
         alt=_alt(test),

@@ -9,18 +9,20 @@ from matplotlib.axes import Axes
 
 from hdprog.explanation import Explanation, ResidualCourse
 from hdprog.physics.parameters import FloatArray
+from hdprog.reporting.axes import align_left, title_that_fits
 from hdprog.reporting.effect_words import (
     Coordinate,
     effect_name,
     mechanisms,
-    micro,
     unknown_term,
 )
+from hdprog.reporting.error_words import before_and_after, errors, micro
 from hdprog.reporting.figures.residual_strip import (
     ADDED,
     FALLING,
     RISING,
     SCATTERED,
+    centred,
     coordinate_values,
     draw_line,
     draw_residual,
@@ -30,7 +32,7 @@ from hdprog.reporting.figures.residual_strip import (
 )
 from hdprog.reporting.geometry import MICRORADIAN
 from hdprog.reporting.style import MEASURED, MUTED, Picture, new_figure, picture
-from hdprog.reporting.words import listed
+from hdprog.reporting.words import agree, listed
 
 _TOP, _BOTTOM, _STRIP, _GAP = 0.32, 0.62, 1.5, 0.34  # inches
 _WIDTH = 7.6
@@ -42,6 +44,7 @@ def residual_before_after(explanation: Explanation) -> Picture:
     Where nothing was added there is one strip only.
     """
     course, effects = explanation.course, explanation.effects
+    before, after = centred(course)
     name = shown_coordinate(explanation)
     along, said = coordinate_values(course, name)
     known = mechanisms(effects)
@@ -55,19 +58,24 @@ def residual_before_after(explanation: Explanation) -> Picture:
         axes.append(figure.add_axes(place))
     top = residual_height(course)
     floor = f"noise floor {micro(explanation.noise_floor_rad)} µrad"
-    before = f"error {micro(explanation.before.rmse_rad)} µrad, {floor}"
-    axes[0].set_title(f"The drive model alone: {before}")
-    draw_residual(axes[0], course, along, MICRORADIAN * course.before, top)
+    error = f"error {micro(explanation.before.rmse_rad)} µrad, {floor}"
+    axes[0].set_title(f"The drive model alone: {error}")
+    draw_residual(axes[0], course, along, MICRORADIAN * before, top)
     if effects:
         names = listed(effect_name(effect.id) for effect in effects)
-        draw_line(axes[0], course, along, MICRORADIAN * (course.before - course.after), name)
-        axes[1].set_title(f"With {names}: error {micro(explanation.after.rmse_rad)} µrad")
-        draw_residual(axes[1], course, along, MICRORADIAN * course.after, top)
+        draw_line(axes[0], course, along, MICRORADIAN * (before - after), name)
+        left = f"error {micro(explanation.after.rmse_rad)} µrad"
+        title_that_fits(axes[1], f"With {names}: {left}", f"With what was added: {left}")
+        draw_residual(axes[1], course, along, MICRORADIAN * after, top)
     if known:
         names = listed(effect_name(effect.id) for effect in known)
         moved = mechanism_course(course)
         size = micro(float(np.sqrt(np.mean(moved**2))))
-        axes[2].set_title(f"What {names} adds to the angle: {size} µrad (root mean square)")
+        adds = agree(len(known), "adds", "add")
+        added = f"to the angle: {size} µrad (root mean square)"
+        title_that_fits(
+            axes[2], f"What {names} {adds} {added}", f"What the known effects add {added}"
+        )
         draw_line(axes[2], course, along, MICRORADIAN * moved, name)
         axes[2].axhline(0, color=MUTED, linewidth=0.7)
         axes[2].set_ylabel("angle [µrad]")
@@ -95,7 +103,7 @@ def _finish(axes: list[Axes], along: FloatArray, said: Coordinate, name: str) ->
     for strip in axes:
         format_axes(strip, along, 8)
         strip.tick_params(labelbottom=strip is axes[-1])
-        strip.yaxis.set_label_coords(-0.073, 0.5)
+    align_left(axes)
     axes[-1].set_xlabel(said.axis, labelpad=1)
     _legend(axes, name)
 
@@ -132,14 +140,18 @@ def _shows(explanation: Explanation, said: Coordinate) -> str:
     )
     if not explanation.effects:
         return text
+    several = len(explanation.effects)
     text += (
         " Above: the drive model alone, its parameters fitted as well as they go; the line is what"
-        " changes in the fit when the effect is added. Next, on the same scale: what is left then."
+        f" changes in the fit when the {agree(several, 'effect is', 'effects are')} added. Next, on"
+        " the same scale: what is left then."
     )
-    if mechanisms(explanation.effects):
+    known = len(mechanisms(explanation.effects))
+    if known:
         text += (
-            " Below, on its own scale: the effect by itself. Where it is larger than the residual"
-            " above, the drive model had hidden the rest of it in wrong parameters."
+            f" Below, on its own scale: the {agree(known, 'effect by itself', 'effects together')}."
+            " Where that is larger than the residual above, the drive model had hidden the rest of"
+            " it in wrong parameters."
         )
     return text
 
@@ -151,24 +163,18 @@ def _good(explanation: Explanation) -> str:
 
 def error_alt(explanation: Explanation) -> str:
     """Say what a record's error was before and is after."""
-    floor = explanation.noise_floor_rad
-    before, after = explanation.before.rmse_rad, explanation.after.rmse_rad
     if not explanation.effects:
-        return (
-            f"Test {explanation.test_id}: the drive model alone leaves {micro(before)} µrad; "
-            f"the noise floor is {micro(floor)} µrad."
-        )
+        said = before_and_after(errors(explanation))
+        return f"Test {explanation.test_id}: the drive model alone leaves {said}."
     names = listed(effect_name(effect.id) for effect in explanation.effects)
-    return (
-        f"Test {explanation.test_id}: with {names} the error goes from {micro(before)} to "
-        f"{micro(after)} µrad; the noise floor is {micro(floor)} µrad."
-    )
+    said = before_and_after(errors(explanation))
+    return f"Test {explanation.test_id}: with {names} the error goes {said}."
 
 
 def residual_action(explanation: Explanation) -> str:
     """Say what to do about what is left."""
     if not explanation.converged:
-        return "do not act on this yet: a fit did not converge; run it again with more draws."
+        return "do not act on this yet: a fit did not converge; run it again, not quick."
     if not explanation.effects:
         return "nothing."
     if unknown_term(explanation.effects) is not None:
@@ -176,4 +182,4 @@ def residual_action(explanation: Explanation) -> str:
             "take the part that no mechanism describes for what it is: look in the rig for what "
             "happens there, and repeat the record."
         )
-    return "follow the advice on each effect."
+    return f"follow the advice on {agree(len(explanation.effects), 'the', 'each')} effect."

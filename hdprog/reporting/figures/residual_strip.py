@@ -46,10 +46,23 @@ def coordinate_values(course: ResidualCourse, name: str) -> tuple[FloatArray, Co
     return said.factor * values, said
 
 
+def centred(course: ResidualCourse) -> tuple[FloatArray, FloatArray]:
+    """Residual (blocks,) before and after in rad with its mean over the readings taken out.
+
+    The errors that go with the pictures are those about the mean, as an encoder's zero is free.
+    """
+    before, after = (
+        residual - np.average(residual, weights=course.count)
+        for residual in (course.before, course.after)
+    )
+    return np.asarray(before), np.asarray(after)
+
+
 def residual_height(course: ResidualCourse) -> float:
     """Half the height of the residual strips in µrad, for before and after alike."""
-    residual = float(np.quantile(np.abs(course.before), 0.995))
-    moved = float(np.abs(course.before - course.after).max())
+    before, after = centred(course)
+    residual = float(np.quantile(np.abs(before), 0.995))
+    moved = float(np.abs(before - after).max())
     largest = max(residual, moved, 3.0 * float(np.median(course.noise)))
     return 1.12 * largest * MICRORADIAN or 1.0
 

@@ -9,12 +9,13 @@ from matplotlib.ticker import MaxNLocator
 
 from hdprog.explanation import Explanation
 from hdprog.physics.parameters import FloatArray
-from hdprog.reporting.axes import THOUSANDS
+from hdprog.reporting.axes import THOUSANDS, align_left
 from hdprog.reporting.effect_words import unknown_place, unknown_term
 from hdprog.reporting.figures.residual_strip import (
     ADDED,
     FALLING,
     RISING,
+    centred,
     coordinate_values,
 )
 from hdprog.reporting.geometry import MICRORADIAN
@@ -29,7 +30,7 @@ def unknown_course(explanation: Explanation) -> Picture | None:
         return None
     along, said = coordinate_values(course, term.coordinate)
     curve = MICRORADIAN * (course.unknown - np.median(course.unknown))
-    points = curve + MICRORADIAN * course.after
+    points = curve + MICRORADIAN * centred(course)[1]
     figure = new_figure(7.6, 3.1)
     axes = figure.add_axes((0.095, 0.235, 0.885, 0.735))
     rising = course.rising > 0
@@ -58,9 +59,11 @@ def unknown_course(explanation: Explanation) -> Picture | None:
     axes.axhline(0, color=MUTED, linewidth=0.7)
     axes.set_xlabel(said.axis, labelpad=1)
     axes.set_ylabel("angle [µrad]")
+    axes.yaxis.set_major_locator(MaxNLocator(6))
     axes.xaxis.set_major_locator(MaxNLocator(8))
     axes.xaxis.set_major_formatter(THOUSANDS)
     axes.yaxis.set_major_formatter(THOUSANDS)
+    align_left([axes])
     axes.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.15), ncols=4, columnspacing=1.4)
     height = significant(float(np.ptp(curve)), 2)
     place = unknown_place(course, term.coordinate)

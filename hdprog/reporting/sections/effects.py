@@ -12,14 +12,9 @@ from hdprog.reporting.effect_words import (
     coordinate,
     effect_name,
     effect_words,
-    error_words,
-    errors,
-    mechanisms,
-    micro,
-    place_of_unknown,
     remaining_words,
-    unknown_term,
 )
+from hdprog.reporting.error_words import errors, not_predicted
 from hdprog.reporting.figures.effect_over_hours import effect_over_hours
 from hdprog.reporting.figures.residual_before_after import residual_before_after
 from hdprog.reporting.figures.residual_pair import residual_pair
@@ -28,9 +23,10 @@ from hdprog.reporting.figures.unknown_course import unknown_course
 from hdprog.reporting.rounding import THIN_SPACE, grouped, rounded
 from hdprog.reporting.sections import effects_drive_tables as drive_tables
 from hdprog.reporting.sections import effects_tables as tables
+from hdprog.reporting.sections.effects_lead import lead, left
 from hdprog.reporting.sections.table import Table
 from hdprog.reporting.style import Picture
-from hdprog.reporting.words import capital, counted, listed, parameter_name, tidy
+from hdprog.reporting.words import capital, listed, parameter_name, tidy
 
 TITLE = "What the drive model lacked"
 _FAR = 2.0  # standard deviations from which a shift is told in a sentence
@@ -38,6 +34,10 @@ _PICTURED = 4  # tests of a drive
 _NOT_PREDICTED = (
     " It describes this record and does not predict the parts of it that were left out: take it as "
     "a drawing of what remains, no more."
+)
+_OVERCONFIDENT = (
+    " The error on left-out data falls, but by less than the model expects of itself: take the "
+    "curve for what it shows, and its intervals as too narrow."
 )
 _ORIGINS = {
     "wear": "It grows with service hours, as wear does and a fault of the rig does not: it "
@@ -60,10 +60,14 @@ class Part:
 
 @dataclass(frozen=True)
 class Section:
-    """The finding in one sentence, and the parts that show it; `doubtful` did not converge."""
+    """The finding, what is left of the error, and parts that show it.
+
+    `doubtful`: a fit did not converge.
+    """
 
     title: str
     lead: str
+    left: str
     doubtful: bool
     parts: tuple[Part, ...]
 
@@ -77,48 +81,10 @@ def effects(explanation: Explanation | DriveExplanation | None) -> Section | Non
         return None
     if isinstance(explanation, DriveExplanation):
         doubtful = not all(test.converged for test in explanation.tests)
-        return Section(TITLE, drive_lead(explanation), doubtful, _drive(explanation))
-    doubtful = not explanation.converged
-    return Section(TITLE, record_lead(explanation), doubtful, _record(explanation))
-
-
-def record_lead(found: Explanation) -> str:
-    """Verdict on one record in one sentence, with its errors."""
-    if found.verdict == "adequate":
-        return (
-            "The drive model explains this record down to its noise: nothing was added. Error "
-            f"{micro(found.before.rmse_rad)}{THIN_SPACE}µrad, noise floor "
-            f"{micro(found.noise_floor_rad)}{THIN_SPACE}µrad."
-        )
-    return f"{_found(found, 'this record')} Error {error_words(*errors(found))}."
-
-
-def drive_lead(found: DriveExplanation) -> str:
-    """Verdict on a drive's tests in one sentence, with the errors pooled over them."""
-    if found.verdict == "adequate":
-        return (
-            f"The drive model explains all {len(found.tests)} tests down to their noise: nothing "
-            "was added."
-        )
-    with_effects = sum(bool(test.effects) for test in found.tests)
-    where = f"{with_effects} of {counted(len(found.tests), 'test')}"
-    return f"{_found(found, where)} Error over all tests {error_words(*errors(found))}."
-
-
-def _found(found: Explanation | DriveExplanation, where: str) -> str:
-    known, unknown = mechanisms(found.effects), unknown_term(found.effects)
-    named = listed(effect_words(effect) for effect in known)
-    place = "" if unknown is None else place_of_unknown(found)
-    if unknown is None:
-        return f"The drive model alone does not explain {where}; {named} does."
-    if known:
-        return (
-            f"The drive model alone does not explain {where}; {named} does in part, and "
-            f"{effect_words(unknown)} remains {place}. Its shape is drawn below."
-        )
-    return (
-        f"In {where} there is {effect_words(unknown)}: it acts {place}. Its shape is drawn below."
-    )
+        parts = _drive(explanation)
+    else:
+        doubtful, parts = not explanation.converged, _record(explanation)
+    return Section(TITLE, lead(explanation), left(explanation), doubtful, parts)
 
 
 def _record(found: Explanation) -> tuple[Part, ...]:
@@ -130,7 +96,7 @@ def _record(found: Explanation) -> tuple[Part, ...]:
     parameters = tables.parameter_table(found.effects, "", doubtful=doubt)
     added = Part(
         "What was added, and why",
-        tuple(text for effect in found.effects for text in _effect(effect)),
+        tuple(text for effect in found.effects for text in _effect(effect, found)),
         (),
         () if parameters is None else (parameters,),
     )
@@ -154,7 +120,7 @@ def _drive(found: DriveExplanation) -> tuple[Part, ...]:
         parts.append(
             Part(
                 capital(effect_name(effect.id)),
-                _effect(effect),
+                _effect(effect, found),
                 () if size is None else (effect_over_hours(effect, size),),
                 () if parameters is None else (parameters,),
             )
@@ -181,7 +147,10 @@ def _test(test: Explanation, common: float) -> Part:
 def _doubt(doubtful: bool) -> tuple[str, ...]:
     if not doubtful:
         return ()
-    return ("Not every fit behind this section converged: its numbers are provisional.",)
+    return (
+        "Not every fit behind this section converged (the warnings say which): its numbers are "
+        "provisional.",
+    )
 
 
 def _carriers(found: Explanation | DriveExplanation) -> Part | None:
@@ -190,7 +159,7 @@ def _carriers(found: Explanation | DriveExplanation) -> Part | None:
         return None
     most = carrier(carried_by)
     if most is None:
-        said = "The residual goes with no single coordinate by more than chance would have it."
+        said = "No single coordinate carries a tenth of the residual beyond what chance would."
     else:
         said = (
             f"The residual of the drive model alone goes with {coordinate(most.coordinate).name} "
@@ -209,9 +178,9 @@ def _share(fraction: float) -> str:
     return f"{grouped(100.0 * fraction, 0)}{THIN_SPACE}%"
 
 
-def _effect(effect: FoundEffect) -> tuple[str, ...]:
+def _effect(effect: FoundEffect, found: Explanation | DriveExplanation) -> tuple[str, ...]:
     """Evidence for an effect, what else it may be, where it comes from and what to do."""
-    said = [_evidence(effect)]
+    said = [_evidence(effect) + _doubted(effect, found)]
     if effect.id == UNKNOWN:
         said.append(
             "It stands for no mechanism: it is a smooth curve through what is left, so that its "
@@ -241,8 +210,15 @@ def _evidence(effect: FoundEffect) -> str:
         f"{name} carries {_share(effect.share)} of the error that can be explained. With it the "
         f"log evidence rises by {rounded(effect.log_evidence_gain, 2.0)}, and the expected log "
         f"predictive density on left-out blocks {'changes' if effect.elpd_gain < 0 else 'rises'} "
-        f"by {gain} (one standard error)." + (_NOT_PREDICTED if effect.elpd_gain < 0 else "")
+        f"by {gain} (one standard error)."
     )
+
+
+def _doubted(effect: FoundEffect, found: Explanation | DriveExplanation) -> str:
+    """What follows where an effect lowers the density on left-out blocks; else nothing."""
+    if effect.elpd_gain >= 0:
+        return ""
+    return _OVERCONFIDENT if not_predicted(errors(found)) is None else _NOT_PREDICTED
 
 
 def _bias(found: Explanation, note: str) -> Part:
@@ -254,8 +230,12 @@ def _bias(found: Explanation, note: str) -> Part:
         and abs(shift.off_by or 0.0) >= 0.005
     ][:3]
     if far:
-        told = listed(f"{tables.shift_name(shift)} {tables.off_words(shift)}" for shift in far)
-        said = f"Without {tables.names(found.effects)} these came out wrong{note}: {told}."
+        told = listed(f"{tables.shift_name(shift)} ({tables.off_words(shift)})" for shift in far)
+        lacking = listed(
+            "the unknown effect" if effect.id == UNKNOWN else effect_name(effect.id)
+            for effect in found.effects
+        )
+        said = f"Without {lacking} these came out wrong{note}: {told}."
     else:
         said = f"No figure and no parameter moved by more than two standard deviations{note}."
     return Part("What it did to the numbers", (said,), (), (tables.bias_table(found, note),))

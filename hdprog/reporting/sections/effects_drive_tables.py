@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from hdprog.explanation import DriveExplanation
-from hdprog.reporting.effect_words import micro, remaining_cells
+from hdprog.explanation import DriveExplanation, ErrorFigures
+from hdprog.reporting.effect_words import remaining_cells
+from hdprog.reporting.error_words import LEFT_OUT, micro
 from hdprog.reporting.rounding import hours
-from hdprog.reporting.sections.effects_tables import names
-from hdprog.reporting.sections.table import Row, Table
+from hdprog.reporting.sections.effects_tables import column_head, names
+from hdprog.reporting.sections.table import Row, Table, Value
 
 VERDICTS: Mapping[str, str] = {
     "adequate": "nothing lacking",
@@ -26,8 +27,8 @@ def tests_table(found: DriveExplanation) -> Table:
             (
                 "not given" if test.service_hours is None else hours(test.service_hours),
                 VERDICTS[test.verdict],
-                micro(test.before.rmse_rad),
-                micro(test.after.rmse_rad),
+                _error(test.before),
+                _error(test.after),
                 micro(test.noise_floor_rad),
                 names(test.effects),
             ),
@@ -36,7 +37,8 @@ def tests_table(found: DriveExplanation) -> Table:
         for test in found.tests
     ]
     return Table.flat(
-        "Each test by itself. Error: root mean square of measured minus fitted angle.",
+        "Each test by itself. Error: root mean square of measured minus fitted angle, below it "
+        f"{LEFT_OUT}.",
         (
             "test",
             "at",
@@ -50,6 +52,10 @@ def tests_table(found: DriveExplanation) -> Table:
     )
 
 
+def _error(errors: ErrorFigures) -> Value:
+    return Value(micro(errors.rmse_rad), f"left out: {micro(errors.heldout_rmse_rad)}")
+
+
 def remaining_table(found: DriveExplanation) -> Table | None:
     """Hours left with and without the effects; None where nothing was forecast."""
     before, after = found.remaining_hours_before, found.remaining_hours_after
@@ -57,7 +63,7 @@ def remaining_table(found: DriveExplanation) -> Table | None:
         return None
     rows = [
         Row("drive model alone", remaining_cells(before)),
-        Row(f"with {names(found.effects)}", remaining_cells(after)),
+        Row(column_head(found.effects), remaining_cells(after)),
     ]
     return Table.flat(
         "Hours from the last test until the first limit is passed; “later” is past the horizon.",

@@ -14,7 +14,8 @@ from hdprog.explanation import (
     Quantiles,
 )
 from hdprog.reporting.bias import Shift, shifts
-from hdprog.reporting.effect_words import coordinate, effect_name, micro
+from hdprog.reporting.effect_words import coordinate, effect_name
+from hdprog.reporting.error_words import LEFT_OUT, micro
 from hdprog.reporting.rounding import (
     THIN_SPACE,
     grouped,
@@ -24,15 +25,19 @@ from hdprog.reporting.rounding import (
 )
 from hdprog.reporting.sections.table import Cell, Group, Row, Table, Value
 from hdprog.reporting.words import (
+    agree,
     capital,
     listed,
     parameter_meaning,
     parameter_name,
     quantity,
     spoken,
+    tidy,
 )
 
 _MICRO = 1e6
+_NAMED = 2  # effects, at most, that the head of a column names
+_CLEAR = 0.5  # standard deviations; a smaller shift is not worth a number
 _SMALL_ANGLE = 0.01  # rad; above it an angle is a phase and no small error
 
 
@@ -41,12 +46,17 @@ def names(effects: Sequence[FoundEffect]) -> str:
     return listed(effect_name(effect.id) for effect in effects) or "none"
 
 
+def column_head(effects: Sequence[FoundEffect]) -> str:
+    """Head of the column with effects: their names where they are few."""
+    return f"with {names(effects) if len(effects) <= _NAMED else 'what was added'}"
+
+
 def error_table(found: Explanation) -> Table:
     """Error of the fit before and after, and what to hold it against."""
     before, after = found.before, found.after
     rows = [
         ("on the data fitted", micro(before.rmse_rad), micro(after.rmse_rad)),
-        ("on data left out", micro(before.heldout_rmse_rad), micro(after.heldout_rmse_rad)),
+        (LEFT_OUT, micro(before.heldout_rmse_rad), micro(after.heldout_rmse_rad)),
         (
             "just after reversals",
             micro(before.reversal_rmse_rad),
@@ -66,7 +76,7 @@ def error_table(found: Explanation) -> Table:
         _signed(before.lag1),
         _signed(after.lag1),
     )
-    columns: tuple[str, ...] = ("error", "drive model alone", f"with {names(found.effects)}")
+    columns: tuple[str, ...] = ("error", "drive model alone", column_head(found.effects))
     groups = [
         ("Root mean square of measured minus fitted angle [µrad]", rows),
         ("To hold it against [µrad]", against),
@@ -149,12 +159,13 @@ def bias_table(found: Explanation, note: str = "") -> Table:
     columns = (
         "quantity",
         "drive model alone",
-        f"with {names(found.effects)}",
+        column_head(found.effects),
         "was off by",
         "shift [standard deviations]",
     )
+    lacked = agree(len(found.effects), "effect", "effects")
     return Table(
-        f"What the missing effect did to the numbers{note}: median, below it the 90 % interval; "
+        f"What the missing {lacked} did to the numbers{note}: median, below it the 90 % interval; "
         "largest shift first. Shift: change of the median over the standard deviation that the "
         "drive model alone had claimed. Beyond 2 the claim was wrong.",
         columns,
@@ -184,7 +195,9 @@ def off_words(shift: Shift) -> str:
 
 def _shift(shift: Shift) -> Row:
     by = "–" if shift.deviations is None else _deviations(shift.deviations)
-    cells = (_levels(shift.before), _levels(shift.after), off_words(shift), by)
+    clear = shift.deviations is None or abs(shift.deviations) >= _CLEAR
+    off = off_words(shift) if clear else "within its spread"
+    cells = (_levels(shift.before), _levels(shift.after), off, by)
     if shift.is_figure:
         named = quantity(shift.key)
         return Row(f"{capital(named.name)} [{named.unit or '?'}]", cells)
@@ -192,7 +205,7 @@ def _shift(shift: Shift) -> Row:
 
 
 def _deviations(value: float) -> str:
-    return ("+" if value > 0 else "") + grouped(value, 1)
+    return ("+" if value >= 0.05 else "") + grouped(value, 1)
 
 
 def _levels(levels: Quantiles) -> Cell:
@@ -210,7 +223,7 @@ def considered_table(considered: Sequence[ConsideredEffect]) -> Table | None:
             (
                 _gain(effect.log_evidence_gain),
                 _gain(effect.elpd_gain, effect.elpd_se),
-                effect.why_not,
+                tidy(effect.why_not),
             ),
             note="" if effect.id == UNKNOWN else effect.words,
         )

@@ -73,4 +73,5 @@ def _present(result: DriveResult) -> list[Fact]:
 def _last_test(result: DriveResult) -> Fact:
     test = result.tests[-1]
     when = "service hours not given" if test.service_hours is None else hours(test.service_hours)
-    return Fact("Last test", test.test_id, " · ".join(filter(None, [when, test.date])))
+    label = "Test" if len(result.tests) == 1 else "Last test"
+    return Fact(label, test.test_id, " · ".join(filter(None, [when, test.date])))

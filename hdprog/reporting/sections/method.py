@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hdprog.reporting.rounding import THIN_SPACE, grouped, hours, interval, plain, share
+from hdprog.reporting.effect_words import effect_name
+from hdprog.reporting.fit_names import doubtful_without_effects
+from hdprog.reporting.rounding import grouped, hours, interval, plain, share
 from hdprog.reporting.sections.table import Row, Table
-from hdprog.reporting.words import capital, counted, listed, spoken
+from hdprog.reporting.words import agree, capital, counted, listed, spoken, torque_words
 from hdprog.results import DriveResult, TestResult, TrendSummary
 
 _HYPERPARAMETERS = {
@@ -61,9 +63,10 @@ def _model(result: DriveResult) -> str:
     alpha = f"{plain(round(math.degrees(drive.alpha), 6))}°"
     declared = "as declared" if drive.alpha_declared else "assumed, as none is declared"
     effects = sorted({effect for test in result.tests for effect in test.effects})
+    where = "" if len(result.tests) == 1 else " where the tests table says so"
     added = (
-        f" Beside it {listed(spoken(effect) for effect in effects)} "
-        f"{'was' if len(effects) == 1 else 'were'} fitted where the tests table says so."
+        f" Beside it {listed(effect_name(effect) for effect in effects)} "
+        f"{agree(len(effects), 'was', 'were')} fitted{where}."
         if effects
         else " No further effect was fitted."
     )
@@ -119,6 +122,10 @@ def _sampling(result: DriveResult) -> str:
         if converged == len(result.tests)
         else f"{converged} of {counted(len(result.tests), 'fit')} converged"
     )
+    alone = doubtful_without_effects(result)
+    if alone:
+        tests = agree(len(alone), "test", "tests")
+        which += f"; the drive model alone, fitted to compare, did not in {tests} {listed(alone)}"
     quick = " The run was quick, with fewer draws." if result.provenance.quick else ""
     return (
         f"Independent ensembles of walkers (emcee){count}. {which}, judged by R-hat across "
@@ -126,21 +133,17 @@ def _sampling(result: DriveResult) -> str:
     )
 
 
-def _torque(value: float) -> str:
-    return f"{plain(value)}{THIN_SPACE}Nm"
-
-
 def _figures(result: DriveResult) -> str:
     drive = result.drive
     rated = (
         "the largest torque of the record, as no rated torque is declared"
         if drive.rated_torque is None
-        else f"the rated torque of {_torque(drive.rated_torque)}"
+        else f"the rated torque of {torque_words(drive.rated_torque)}"
     )
     reference = (
         rated
         if drive.reference_torque is None
-        else f"the reference torque of {_torque(drive.reference_torque)}"
+        else f"the reference torque of {torque_words(drive.reference_torque)}"
     )
     return (
         f"Hysteresis width and loss are those of the model's steady cycle to ± {reference}, so "

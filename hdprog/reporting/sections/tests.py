@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from hdprog.reporting.effect_words import effect_name
 from hdprog.reporting.rounding import (
     digit_step,
     grouped,
@@ -25,6 +26,7 @@ from hdprog.reporting.words import (
 from hdprog.results import DriveResult, ParameterSummary, TestResult
 
 _MICRO = 1e6
+_WITH_EFFECTS = "with lasting effects"
 _SAMPLING = {
     "ensembles": "ensembles",
     "walkers": "walkers",
@@ -57,7 +59,7 @@ def overview(result: DriveResult) -> Table:
                 significant(_MICRO * test.rmse_rad, 2),
                 significant(_MICRO * test.noise_floor_rad, 2),
                 share(round(test.outlier_fraction, 4)),
-                ", ".join(spoken(effect) for effect in test.effects) or "none",
+                ", ".join(effect_name(effect) for effect in test.effects) or "none",
                 test.note or "–",
             ),
             doubtful=not test.converged,
@@ -88,24 +90,31 @@ def figures(result: DriveResult, catalogue: Mapping[str, float]) -> Table:
     limited = [limit.key for limit in result.drive.limits]
     found = dict.fromkeys(key for test in result.tests for key in test.figures)
     keys = sorted(found, key=lambda key: key not in limited)
-    rows = [
-        Row(
-            f"{test.test_id}, {when(test)}",
-            tuple(_figure(test.figures.get(key)) for key in keys),
-            doubtful=not test.converged,
-        )
-        for test in result.tests
-    ]
+    rows: list[Row] = []
+    for test in result.tests:
+        sources = [(f"{test.test_id}, {when(test)}", test.figures)]
+        if test.figures_with_effects:
+            sources.append((f"{test.test_id} {_WITH_EFFECTS}", test.figures_with_effects))
+        rows += [
+            Row(
+                head,
+                tuple(_figure(values.get(key)) for key in keys),
+                doubtful=not test.converged,
+            )
+            for head, values in sources
+        ]
     maker = [catalogue.get(key) for key in keys]
     if any(value is not None for value in maker):
         cells = tuple("–" if value is None else significant(value, 2) for value in maker)
         rows.append(Row("maker's catalogue", cells))
     heads = [f"{quantity(key).name} [{quantity(key).unit or '?'}]" for key in keys]
-    return Table.flat(
-        "Figures of merit of each test by itself: median, below it the 90 % interval.",
-        ("test", *heads),
-        rows,
-    )
+    caption = "Figures of merit of each test by itself: median, below it the 90 % interval."
+    if any(test.figures_with_effects for test in result.tests):
+        caption += (
+            f" “{capital(_WITH_EFFECTS)}”: of the whole loop, with the effects in it that keep "
+            "their size; else of the drive model's part alone."
+        )
+    return Table.flat(caption, ("test", *heads), rows)
 
 
 def _figure(levels: Mapping[float, float] | None) -> Cell:
@@ -147,7 +156,7 @@ def parameters(result: DriveResult) -> Table:
 def _parameter(name: str, found: ParameterSummary) -> Row:
     levels = found.quantiles
     low, middle, high = interval(levels[0.05], levels[0.50], levels[0.95])
-    told = f"{contraction_words(found.contraction)} ({found.contraction:.2f})".replace("-", "−")
+    told = f"{contraction_words(found.contraction)} ({grouped(found.contraction, 2)})"
     checks = (_rhat(found.rhat), _count(found.ess_bulk), _count(found.ess_tail))
     meaning = parameter_meaning(name)
     return Row(parameter_name(name), (low, middle, high, told, *checks), note=meaning)

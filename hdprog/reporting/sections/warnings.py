@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from hdprog.explanation import DriveExplanation, Explanation
 from hdprog.reporting import outlook
 from hdprog.reporting.effect_words import found_words
 from hdprog.reporting.figures.loop_panel import structure_remains
+from hdprog.reporting.fit_names import explanations, named_warnings
 from hdprog.reporting.rounding import hours
 from hdprog.reporting.words import listed
 from hdprog.results import DriveResult
@@ -29,10 +29,10 @@ def warnings(result: DriveResult) -> list[str]:
     if result.trend is not None:
         found += result.trend.warnings
     by_text: dict[str, list[str]] = {}
-    by_test = _explanations(result)
+    by_test = explanations(result)
     for test in result.tests:
         explanation = by_test.get(test.test_id)
-        own = [*test.warnings, *(() if explanation is None else explanation.warnings)]
+        own = named_warnings(test, explanation)
         if structure_remains(test) and not (explanation is not None and explanation.effects):
             own.append(
                 "The residual is more than noise: something acts that the model lacks, and "
@@ -49,13 +49,3 @@ def warnings(result: DriveResult) -> list[str]:
         else:
             found.append(f"{'Test' if len(tests) == 1 else 'Tests'} {listed(tests)}: {text}")
     return list(dict.fromkeys(found))
-
-
-def _explanations(result: DriveResult) -> dict[str, Explanation]:
-    """Explanation of each test by its name."""
-    found = result.explanation
-    if found is None:
-        return {}
-    if isinstance(found, DriveExplanation):
-        return {test.test_id: test for test in found.tests}
-    return {test.test_id: found for test in result.tests}

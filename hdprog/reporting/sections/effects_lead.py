@@ -1,0 +1,80 @@
+"""The headline on what the model lacked: what explains it, and how far the error falls."""
+
+from __future__ import annotations
+
+from hdprog.explanation import DriveExplanation, Explanation
+from hdprog.reporting.effect_words import (
+    effect_words,
+    mechanisms,
+    place_of_unknown,
+    unknown_term,
+)
+from hdprog.reporting.error_words import (
+    above_noise,
+    accounted_for,
+    against_cycles,
+    before_and_after,
+    down_to_noise,
+    errors,
+    not_predicted,
+)
+from hdprog.reporting.words import agree, counted, listed
+
+
+def lead(found: Explanation | DriveExplanation) -> str:
+    """Verdict on one record or on a drive's tests, with the errors (of tests: pooled).
+
+    The error is told on the data fitted and on data left out, and whether that grew.
+    """
+    reached = errors(found)
+    several = isinstance(found, DriveExplanation) and len(found.tests) > 1
+    said = [
+        _nothing_added(found) if found.verdict == "adequate" else _found(found),
+        f"Error {'over all tests ' if several else ''}{before_and_after(reached)}.",
+        not_predicted(reached),
+    ]
+    return " ".join(text for text in said if text is not None)
+
+
+def left(found: Explanation | DriveExplanation) -> str:
+    """What is left, against how far the record's own cycles differ, else against the noise."""
+    reached = errors(found)
+    return against_cycles(reached) or above_noise(reached) or ""
+
+
+def _nothing_added(found: Explanation | DriveExplanation) -> str:
+    count = len(found.tests) if isinstance(found, DriveExplanation) else 1
+    tests = agree(count, "this record", f"all {count} tests")
+    if down_to_noise(errors(found)):
+        noise = agree(count, "its noise", "their noise")
+        return f"The drive model explains {tests} down to {noise}: nothing was added."
+    return (
+        f"The drive model does not reach the noise on {tests}, but nothing that was tried "
+        "explains it better: nothing was added."
+    )
+
+
+def _where(found: Explanation | DriveExplanation) -> str:
+    if isinstance(found, Explanation):
+        return "this record"
+    with_effects = sum(bool(test.effects) for test in found.tests)
+    return f"{with_effects} of {counted(len(found.tests), 'test')}"
+
+
+def _found(found: Explanation | DriveExplanation) -> str:
+    where = _where(found)
+    known, unknown = mechanisms(found.effects), unknown_term(found.effects)
+    named = listed(effect_words(effect) for effect in known)
+    place = "" if unknown is None else place_of_unknown(found)
+    does = agree(len(known), "does", "do")
+    if unknown is None:
+        part = "" if accounted_for(errors(found)) else " in part"
+        return f"The drive model alone does not explain {where}; {named} {does}{part}."
+    if known:
+        return (
+            f"The drive model alone does not explain {where}; {named} {does} in part, and "
+            f"{effect_words(unknown)} remains {place}. Its shape is drawn below."
+        )
+    return (
+        f"In {where} there is {effect_words(unknown)}: it acts {place}. Its shape is drawn below."
+    )
