@@ -42,16 +42,18 @@ class JointPrior:
         tests, count = steps.wear.shape[1], scales.size
         along = np.outer(steps.direction, steps.direction)
         segment = np.cumsum(steps.begins)
-        wear, passed, rate, lead, integral = np.zeros((5, tests))
+        wear, settled, passed, rate, lead, integral = np.zeros((6, tests))
         wandered = np.zeros((tests, count, count))
         for test in range(tests):
             gone, gained = steps.passed[0, test], steps.departure[0, test]
             wear[test], passed[test], rate[test] = steps.wear[0, test], gone, gained
+            settled[test] = steps.settled[0, test]
             lead[test], integral[test] = gained * gone / 2, gained * gone**2 / 3
             wandered[test] = steps.shared[0, test] * along + np.diag(steps.own[0, test])
             if not steps.begins[test]:
                 before = test - 1
                 wear[test] += wear[before]
+                settled[test] += settled[before]
                 passed[test] += passed[before]
                 # Of the rate's departure v and its integral: var v, their covariance, var ∫v.
                 integral[test] += integral[before] + 2 * gone * lead[before]
@@ -66,12 +68,14 @@ class JointPrior:
                     continue
                 early, late = sorted((row, column))
                 turned = integral[early] + lead[early] * (passed[late] - passed[early])
+                turned += steps.running_in[1] * settled[row] * settled[column]
                 fixed = wear[row] * wear[column] * steps.loading_variance
                 covariance[row, :, column] = (
                     wandered[early] + turned * along + np.diag(steps.initial_variance + fixed)
                 )
             covariance[row, :, row] += np.diag((scatter * scales) ** 2)
         mean = steps.initial_mean + wear[:, None] * steps.loading_mean
+        mean = mean + steps.running_in[0] * settled[:, None] * steps.direction
         flat = covariance.reshape(tests * count, -1)
         return JointPrior(mean, np.asarray(np.linalg.inv(flat)))
 

@@ -1,8 +1,8 @@
 """Kalman filter and smoother over the loops in information form, for many draws at once.
 
-The state is x, n numbers, and what it carries along: the loadings L and the rate's departure v. A
-loop informs x only. With Λ, η what it says of x and P, m the prediction, W = (I + ΛP)⁻¹,
-u = W(η − Λm), G = WΛ give the update
+The state is x, n numbers, and what it carries along, n + 2: the loadings L, the extent of
+running-in r and the rate's departure v. A loop informs x only. With Λ, η what it says of x and
+P, m the prediction, W = (I + ΛP)⁻¹, u = W(η − Λm), G = WΛ give the update
 
     m ← m + P u,   P ← P − P G P
 
@@ -21,12 +21,24 @@ from hdprog.physics.parameters import FloatArray
 from hdprog.trend.observation import Observations
 from hdprog.trend.state_space import Steps
 
+_RUNNING_IN, _RATE = -2, -1
+
 
 def _carries(steps: Steps, time: int) -> FloatArray:
-    """How x moves by what it carries, (draws, n, n + 1): loadings times wear, rate along m."""
-    moves = steps.wear[:, time, None, None] * np.eye(steps.size, steps.size + 1)
-    moves[..., -1] = steps.passed[:, time, None] * steps.direction
+    """How x moves by what it carries, (draws, n, n + 2): loadings times wear, the rest along m."""
+    moves = steps.wear[:, time, None, None] * np.eye(steps.size, steps.size + 2)
+    moves[..., _RUNNING_IN] = steps.settled[:, time, None] * steps.direction
+    moves[..., _RATE] = steps.passed[:, time, None] * steps.direction
     return moves
+
+
+def _carried_at_first(steps: Steps) -> tuple[FloatArray, FloatArray]:
+    """Mean and variance (n + 2,) of what a new drive carries; its rate is the clock's."""
+    extent, variance = steps.running_in
+    return (
+        np.concatenate([steps.loading_mean, [extent, 0.0]]),
+        np.concatenate([steps.loading_variance, [variance, 0.0]]),
+    )
 
 
 @dataclass
@@ -34,20 +46,21 @@ class _Predicted:
     """Prediction of x and of what it carries, for every draw; c stands for the carried."""
 
     x: FloatArray  # (draws, n)
-    c: FloatArray  # (draws, n + 1)
+    c: FloatArray  # (draws, n + 2)
     xx: FloatArray
     xc: FloatArray
     cc: FloatArray
 
     @staticmethod
     def new(steps: Steps, draws: int) -> _Predicted:
-        """Before the first hour of a drive; its rate is the clock's."""
+        """Before the first hour of a drive."""
+        mean, variance = _carried_at_first(steps)
         return _Predicted(
             np.tile(steps.initial_mean, (draws, 1)),
-            np.tile(np.append(steps.loading_mean, 0.0), (draws, 1)),
+            np.tile(mean, (draws, 1)),
             np.tile(np.diag(steps.initial_variance), (draws, 1, 1)),
-            np.zeros((draws, steps.size, steps.size + 1)),
-            np.tile(np.diag(np.append(steps.loading_variance, 0.0)), (draws, 1, 1)),
+            np.zeros((draws, steps.size, mean.size)),
+            np.tile(np.diag(variance), (draws, 1, 1)),
         )
 
     def advance(self, steps: Steps, direction: FloatArray, time: int) -> None:
@@ -64,9 +77,9 @@ class _Predicted:
         self.xx += shared[:, None, None] * direction
         self.xx += steps.own[:, time, :, None] * np.eye(steps.size)
         self.xc = self.xc + carried
-        self.xc[..., -1] += (departure * passed / 2)[:, None] * steps.direction
+        self.xc[..., _RATE] += (departure * passed / 2)[:, None] * steps.direction
         self.cc = self.cc.copy()
-        self.cc[..., -1, -1] += departure
+        self.cc[..., _RATE, _RATE] += departure
 
 
 @dataclass(frozen=True)
@@ -151,14 +164,14 @@ def smooth(
 
     Returns
     -------
-    states (draws, times, n); loadings and the rate's departure at the last time (draws, n + 1)
+    states (draws, times, n); loadings and the rate's departure at the last time (draws, n + 2)
     """
     kept: list[_Kept] = []
     _filter(steps, precision, information, np.zeros(steps.wear.shape[0]), kept)
     draws, times = steps.wear.shape
     states = np.empty((draws, times, steps.size))
-    carried = np.empty((draws, steps.size + 1))
-    on_x, on_c = np.zeros((draws, steps.size)), np.zeros((draws, steps.size + 1))
+    carried = np.empty((draws, steps.size + 2))
+    on_x, on_c = np.zeros((draws, steps.size)), np.zeros((draws, steps.size + 2))
     for time in range(times - 1, -1, -1):
         at = kept[time]
         seen = (at.xx @ on_x[..., None] + at.xc @ on_c[..., None])[..., 0]
@@ -186,35 +199,36 @@ def simulate(
     ----------
     steps : of every draw
     rng : source of randomness
-    start : state (draws, n) and carried (draws, n + 1) just before `first`; drawn where a drive
+    start : state (draws, n) and carried (draws, n + 2) just before `first`; drawn where a drive
         begins
     first : first time to draw
     heals : whether the rate may run below zero, as it may in the linear model
 
     Returns
     -------
-    states (draws, times − first, n), and what the last carries (draws, n + 1)
+    states (draws, times − first, n), and what the last carries (draws, n + 2)
     """
     draws, times = steps.wear.shape
     count = steps.size
-    x, c = (np.zeros((draws, count)), np.zeros((draws, count + 1))) if start is None else start
+    x, c = (np.zeros((draws, count)), np.zeros((draws, count + 2))) if start is None else start
     states = np.empty((draws, times - first, count))
     for time in range(first, times):
         if steps.begins[time]:
-            x, c = rng.standard_normal((draws, count)), np.zeros((draws, count + 1))
+            mean, variance = _carried_at_first(steps)
+            x, c = rng.standard_normal((draws, count)), rng.standard_normal((draws, count + 2))
             x = steps.initial_mean + np.sqrt(steps.initial_variance) * x
-            spread = np.sqrt(steps.loading_variance) * rng.standard_normal((draws, count))
-            c[:, :count] = steps.loading_mean + spread
+            c = mean + np.sqrt(variance) * c
         wear, passed = steps.wear[:, time], steps.passed[:, time]
         common, turn, lead = rng.standard_normal((3, draws))
         departure = np.sqrt(steps.departure[:, time])
-        gained = passed * (c[:, -1] + departure * (turn / 2 + lead / np.sqrt(12)))
+        gained = passed * (c[:, _RATE] + departure * (turn / 2 + lead / np.sqrt(12)))
         if not heals:
             gained = np.maximum(gained, -wear)
         gained = gained + np.sqrt(steps.shared[:, time]) * common
+        gained = gained + steps.settled[:, time] * c[:, _RUNNING_IN]
         own = np.sqrt(steps.own[:, time]) * rng.standard_normal((draws, count))
         x = x + wear[:, None] * c[:, :count] + gained[:, None] * steps.direction + own
-        c = np.column_stack([c[:, :count], c[:, -1] + departure * turn])
+        c = np.column_stack([c[:, :_RATE], c[:, _RATE] + departure * turn])
         states[:, time - first] = x
     return states, c
 
@@ -229,12 +243,17 @@ def draw(
 
     Returns
     -------
-    states (draws, times, n), and what the last carries (draws, n + 1)
+    states (draws, times, n), and what the last carries (draws, n + 2)
     """
     precision, information, _ = observations.behind_scatter(scatter)
     states, carried = simulate(steps, rng)
     said = (precision @ states[..., None])[..., 0] + observations.draw_noise(scatter, rng)
     nothing = np.zeros(steps.size)
-    around_zero = replace(steps, initial_mean=nothing, loading_mean=nothing)
+    around_zero = replace(
+        steps,
+        initial_mean=nothing,
+        loading_mean=nothing,
+        running_in=(0.0, steps.running_in[1]),
+    )
     correction = smooth(around_zero, precision, information - said)
     return states + correction[0], carried + correction[1]

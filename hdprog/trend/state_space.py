@@ -1,13 +1,15 @@
 """The trend as a linear state-space model, given its few hyperparameters.
 
-    x(t) = x_0 + L·w(t) + m·∫v du + d(t)     state of the drive, n numbers
-    x_j  = x(t_j) + e_j                      what test j meets after remounting
+    x(t) = x_0 + L·w(t) + m·(r·(1 − exp(−u/ρ)) + ∫v du) + d(t)     state, n numbers
+    x_j  = x(t_j) + e_j                                            what test j meets
 
 The state is the 8 wear coordinates and the amplitudes of lasting effects that are followed.
 x_0 has the loop's prior, once a drive; the loadings L a Gaussian around the direction of wear m.
-The rate of wear departs from the clock's by v, a random walk from zero over the logarithm of the
-expected wear (a local linear trend); d is a random walk over the expected wear (a Wiener process
-with a time-scale transformation), along m and of every coordinate alone. e_j is scatter.
+Running-in leaves r, a Gaussian, within the first hours; without it, it would pass for a clock that
+slows down. The rate of wear departs from the clock's by v, a random walk from zero over the
+logarithm of the expected wear u (a local linear trend); d is a random walk over it (a Wiener
+process with a time-scale transformation), along m and of every coordinate alone. e_j is the
+scatter of remounting.
 """
 
 from __future__ import annotations
@@ -28,6 +30,7 @@ HYPERPARAMETERS: tuple[str, ...] = (
     "wear_rate",
     "clock_exponent",
     "clock_curvature",
+    "running_in_length",
     "volatility",
     "rate_volatility",
     "own_volatility",
@@ -42,6 +45,7 @@ class Hyperparameters:
     """Values of the hyperparameters, each (draws,); see priors/trend.toml."""
 
     clock: WearClock
+    running_in_length: FloatArray
     volatility: FloatArray
     rate_volatility: FloatArray
     own_volatility: FloatArray
@@ -49,8 +53,8 @@ class Hyperparameters:
 
     @staticmethod
     def of(deviates: FloatArray, prior: WearPrior) -> Hyperparameters:
-        """From standard normal deviates (draws, 7)."""
-        rate, exponent, curvature, volatility, change, own, scatter = deviates.T
+        """From standard normal deviates (draws, 8)."""
+        rate, exponent, curvature, length, volatility, change, own, scatter = deviates.T
         return Hyperparameters(
             WearClock(
                 prior.wear_rate.at(rate),
@@ -58,6 +62,7 @@ class Hyperparameters:
                 prior.clock_curvature.at(curvature),
                 prior.wear_rate.reference_hours,
             ),
+            prior.running_in_length.at(length),
             prior.volatility.at(volatility),
             prior.rate_volatility.at(change),
             prior.own_volatility.at(own),
@@ -67,9 +72,17 @@ class Hyperparameters:
     def named(self) -> dict[str, FloatArray]:
         """(draws,) by the names of `HYPERPARAMETERS`."""
         clock = self.clock
-        values = (clock.rate, clock.exponent, clock.curvature)
-        rest = (self.volatility, self.rate_volatility, self.own_volatility, self.scatter)
-        return dict(zip(HYPERPARAMETERS, values + rest, strict=True))
+        values = (
+            clock.rate,
+            clock.exponent,
+            clock.curvature,
+            self.running_in_length,
+            self.volatility,
+            self.rate_volatility,
+            self.own_volatility,
+            self.scatter,
+        )
+        return dict(zip(HYPERPARAMETERS, values, strict=True))
 
 
 @dataclass(frozen=True)
@@ -132,8 +145,10 @@ class Steps:
     initial_mean, initial_variance : (n,) of x_0
     loading_mean, loading_variance : (n,) of L
     direction : (n,) m of shared random wear, the expected loadings
-    begins : (times,) where x and L start anew
+    running_in : mean and variance of r
+    begins : (times,) where x, L and r start anew
     wear : (draws, times) increment of wear
+    settled : (draws, times) increment of the share of running-in that is done
     passed : (draws, times) increment of the walks' time
     departure : (draws, times) variance that the rate's departure v gains meanwhile
     shared : (draws, times) variance added along the direction of wear
@@ -145,8 +160,10 @@ class Steps:
     loading_mean: FloatArray
     loading_variance: FloatArray
     direction: FloatArray
+    running_in: tuple[float, float]
     begins: NDArray[np.bool_]
     wear: FloatArray
+    settled: FloatArray
     passed: FloatArray
     departure: FloatArray
     shared: FloatArray
@@ -169,6 +186,7 @@ class Steps:
         counted = np.maximum(worn, _increments(expected, timeline.begins))
         # The rate changes by the share of life gone by, so that no unit of wear is special to it.
         lived = np.log1p(np.maximum(expected, reached) / _SETTLING)
+        settled = -np.expm1(-expected / values.running_in_length[:, None])
         wandered = values.own_volatility[:, None] ** 2 * counted
         own = wandered[..., None] * wear_prior.drift_scales**2
         return Steps(
@@ -177,8 +195,10 @@ class Steps:
             wear_prior.loading_mean,
             wear_prior.loading_sd**2,
             wear_prior.loading_mean,
+            (wear_prior.running_in.mean, wear_prior.running_in.sd**2),
             timeline.begins,
             worn,
+            _increments(settled, timeline.begins),
             counted,
             values.rate_volatility[:, None] ** 2 * _increments(lived, timeline.begins),
             values.volatility[:, None] ** 2 * counted,
@@ -191,6 +211,7 @@ class Steps:
             self,
             begins=self.begins[:times],
             wear=self.wear[:, :times],
+            settled=self.settled[:, :times],
             passed=self.passed[:, :times],
             departure=self.departure[:, :times],
             shared=self.shared[:, :times],

@@ -41,7 +41,7 @@ class WearRate(LogNormal):
 
 
 class Loading(_Strict):
-    """Change of one coordinate per unit of wear."""
+    """A Gaussian belief, such as the change of one coordinate per unit of wear."""
 
     mean: float
     sd: float = Field(gt=0)
@@ -84,6 +84,8 @@ class WearPrior(_Strict):
     wear_rate: WearRate
     clock_exponent: LogNormal
     clock_curvature: Curvature
+    running_in: Loading
+    running_in_length: LogNormal
     volatility: LogNormal
     rate_volatility: LogNormal
     own_volatility: LogNormal

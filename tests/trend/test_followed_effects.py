@@ -122,12 +122,14 @@ def test_the_trend_follows_an_effect_that_grows_and_its_figures_hold_it() -> Non
     low, high = np.quantile(amplitude, (0.05, 0.95), axis=0)
     true = np.array([0.0, 0.5, 1.0, 1.5])
     # Intervals are 90 %: a tenth of a unit of slack keeps this seed's draw inside.
-    assert np.all(low - 0.1 < true) and np.all(true < high + 0.1)
+    assert np.all(low - 0.1 < true)
+    assert np.all(true < high + 0.1)
     own = float(figure(WIDTH, PRIOR.to_physical(TRUTH[None]), OPERATION)[0])
     widths = figure_paths(WIDTH, paths, PRIOR, OPERATION, followed)
     expected = own + ARCMIN_PER_RAD * WIDEST * true
     low, high = np.quantile(widths, (0.02, 0.98), axis=0)
-    assert np.all(low < expected) and np.all(expected < high)
+    assert np.all(low < expected)
+    assert np.all(expected < high)
     assert np.all(np.diff(np.median(widths, axis=0)) > 0.1)
     # Without it the same paths have a width that hardly moves.
     alone = np.median(figure_paths(WIDTH, paths, PRIOR, OPERATION), axis=0)

@@ -51,7 +51,11 @@ def dense(steps: Steps, number: int) -> tuple[np.ndarray, np.ndarray]:
         initial, loading = np.zeros((2, 6, 8, 8))
         initial[start:end] = np.diag(np.sqrt(steps.initial_variance))
         loading[start:end] = wear[:, None, None] * np.diag(np.sqrt(steps.loading_variance))
-        parts += [initial, loading]
+        settled = np.cumsum(steps.settled[number, start:end])
+        mean[start:end] += steps.running_in[0] * settled[:, None] * steps.direction
+        running_in = np.zeros((6, 8, 1))
+        running_in[start:end, :, 0] = np.outer(settled, steps.direction)
+        parts += [initial, loading, np.sqrt(steps.running_in[1]) * running_in]
         # The rate's departure: its integral as a fine sum over the walk's increments, whose
         # variance is spread evenly over what passes between two times.
         fine, done = 2000, 0.0
@@ -107,8 +111,10 @@ def joint_prior(steps: Steps, number: int) -> tuple[np.ndarray, np.ndarray]:
         steps.loading_mean,
         steps.loading_variance,
         steps.direction,
+        steps.running_in,
         steps.begins,
         steps.wear[number : number + 1],
+        steps.settled[number : number + 1],
         steps.passed[number : number + 1],
         steps.departure[number : number + 1],
         steps.shared[number : number + 1],
@@ -158,10 +164,11 @@ def test_draws_have_the_dense_mean_and_covariance(case) -> None:
         steps.loading_mean,
         steps.loading_variance,
         steps.direction,
+        steps.running_in,
         steps.begins,
         *(
-            np.repeat(part[:1], 2000, axis=0)
-            for part in (steps.wear, steps.passed, steps.departure, steps.shared, steps.own)
+            np.repeat(getattr(steps, name)[:1], 2000, axis=0)
+            for name in ("wear", "settled", "passed", "departure", "shared", "own")
         ),
     )
     observed = Observations.of(seen, WEAR_PRIOR.scales)
