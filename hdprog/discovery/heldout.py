@@ -69,7 +69,7 @@ def held_out(prepared: Prepared, model: Model) -> HeldOut:
         if not out.any() or out.all():
             continue
         masked = replace(likelihood, noise=likelihood.noise.masking(out))
-        start = descend(masked, model.start.point, (4, 8)) or model.start
+        start = descend(masked, model.start.point, 10) or model.start
         left = reduced.angle - masked.angle(start.point[None, :])[0]
         offset = masked.offset(left)
         left = left - offset

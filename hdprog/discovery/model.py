@@ -17,7 +17,7 @@ import numpy as np
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.prepare import noise_about
 from hdprog.inference.smooth_term import SmoothTerm
-from hdprog.inference.starting_points import StartingPoint, descend
+from hdprog.inference.starting_points import StartingPoint, descend_all
 from hdprog.physics.parameters import FloatArray
 
 CORRELATED_PENALTY = 4.6
@@ -86,8 +86,7 @@ def settled(likelihood: LoopLikelihood, starts: Sequence[StartingPoint], modes: 
     """The model with its noise found anew about its best mode."""
     noise = noise_about(likelihood, starts[0])
     other = replace(likelihood, noise=noise)
-    known = [descend(other, start.point, (8, 8)) for start in starts[:modes]]
-    found = [start for start in known if start is not None]
+    found = descend_all(other, [start.point for start in starts[:modes]], 12)
     if not found:
         return Model(likelihood, tuple(starts))
     best = Model(other, tuple(sorted(found, key=lambda start: start.deviance)))

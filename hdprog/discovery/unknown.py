@@ -17,7 +17,7 @@ from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.noise import NoiseModel
 from hdprog.inference.prepare import noise_about
 from hdprog.inference.smooth_term import FEATURES, LENGTHS, SmoothTerm, basis_of, spectrum
-from hdprog.inference.starting_points import descend, describe
+from hdprog.inference.starting_points import descend, descend_all, describe
 from hdprog.physics.coordinates import coordinates
 from hdprog.physics.parameters import FloatArray
 
@@ -89,7 +89,7 @@ def term_gains(model: Model) -> Mapping[str, TermGain]:
 
 def _white_loss(model: Model, white: LoopLikelihood) -> float:
     """Log evidence lost by taking the correlated noise away from a model."""
-    start = descend(white, model.start.point, (6, 6))
+    start = descend(white, model.start.point, 10)
     if start is None:
         return np.inf
     return model.log_evidence - Model(white, (start,)).log_evidence
@@ -165,7 +165,6 @@ def with_term(model: Model, gain: TermGain) -> Model:
 def _joined(model: Model, noise: NoiseModel, term: SmoothTerm) -> Model:
     course = model.likelihood.reduced.course
     added = replace(model.likelihood, noise=noise.with_term(term, course))
-    found = [descend(added, start.point, (8, 8)) for start in model.starts[:2]]
-    starts = [start for start in found if start is not None]
+    starts = descend_all(added, [start.point for start in model.starts[:2]], 12)
     starts = starts or [describe(added, model.start.point)]
     return Model(added, tuple(sorted(starts, key=lambda start: start.deviance)))

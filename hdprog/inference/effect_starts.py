@@ -19,6 +19,7 @@ from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.starting_points import (
     StartingPoint,
     descend,
+    descend_all,
     describe,
     starting_points,
 )
@@ -29,7 +30,7 @@ from hdprog.physics.parameters import FloatArray
 _SMALL = 0.2  # of an amplitude's typical size
 _SMALLEST_COORDINATE = -3.0
 _ALIKE = 0.9  # correlation above which two shapes make one start
-_POLISH = (40, 40)  # evaluations: a start from far away may need many
+_POLISH = 60  # iterations: a start from far away may need many
 _SEVERAL_RATES = 1.6
 _BOTH_SIGNS = 0.1
 
@@ -112,8 +113,7 @@ def effect_starts(
     at least one StartingPoint, best first
     """
     points = [point for start in without[:2] for point in _best_shapes(likelihood, start, shapes)]
-    found = [descend(likelihood, point, (10, 12)) for point in points]
-    modes = [start for start in found if start is not None]
+    modes = descend_all(likelihood, points, 16)
     if not modes:
         modes = [describe(likelihood, points[0])]
     return sorted(modes, key=lambda start: start.deviance)

@@ -6,12 +6,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
-from hdprog.inference.likelihood import COUNT, LoopLikelihood
+from hdprog.inference.likelihood import COUNT, LOGIT_SD, LoopLikelihood
+from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
 from hdprog.physics.parameters import FloatArray
 
 _SCREENED = 384
+_SETTLED = 1e-3  # of the deviance: what is left to gain counts for nothing
+_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-2, 1e-3, 1e8
+_LADDER = np.array([1 / 8, 1.0, 8.0, 64.0])  # dampings tried at once, in parts of the last best
+_STEP = 1e-6
+_SCOUTING, _HOPELESS = 8, 40.0  # iterations after which a start so far behind in deviance is left
 
 
 @dataclass(frozen=True)
@@ -60,10 +65,7 @@ def starting_points(
     # The best few tend to be neighbours: the other starts come from further down the list.
     chosen = ranked[np.unique(np.geomspace(1, ranked.size / 4, starts).astype(int) - 1)]
     found: list[StartingPoint] = []
-    for start in [*known, *drawn[chosen]]:
-        candidate = descend(likelihood, start)
-        if candidate is None:
-            continue
+    for candidate in descend_all(likelihood, [*known, *drawn[chosen]]):
         if all(np.abs(candidate.deviance - other.deviance) > 0.1 for other in found):
             found.append(candidate)
     if not found:
@@ -71,54 +73,137 @@ def starting_points(
     return sorted(found, key=lambda start: start.deviance)
 
 
-def _scale(likelihood: LoopLikelihood, point: FloatArray) -> float:
-    """Noise scale s² at a point."""
-    residual = likelihood.residual(point[None, :])[0]
-    return max(float(residual @ residual) / max(1, likelihood.blocks - 1), 1e-24)
-
-
 def descend(
-    likelihood: LoopLikelihood, start: FloatArray, evaluations: tuple[int, ...] = (15, 25)
+    likelihood: LoopLikelihood, start: FloatArray, iterations: int = 30
 ) -> StartingPoint | None:
-    """Maximum a posteriori near a start: least squares with the noise scale re-estimated.
+    """The mode near one start (size,), see `descend_all`; None where it would be left out."""
+    found = descend_all(likelihood, [start], iterations)
+    return found[0] if found else None
+
+
+def descend_all(
+    likelihood: LoopLikelihood, starts: Sequence[FloatArray], iterations: int = 30
+) -> list[StartingPoint]:
+    """Maxima a posteriori near starts, by damped least squares (Levenberg, Marquardt).
+
+    The starts go side by side. Each iteration tries several steps from each, straight ones and ones
+    along the ridge that the posterior follows (see `ridge_coordinates`), and takes the best.
+    Starts that fall far behind the best one are given up.
 
     Parameters
     ----------
     likelihood : of the loop
-    start : (size,) point
-    evaluations : bounds on the evaluations of the runs, between which the scale is re-estimated
+    starts : points (size,)
+    iterations : bound on the steps
 
     Returns
     -------
-    None where the run left the hard support
+    one a start, in their order, those left out that begin outside the hard support and stay there
     """
-    mean, sd = likelihood.prior_mean, likelihood.prior_sd
-    point = start
-    for most in evaluations:
-        scale = np.sqrt(_scale(likelihood, point))
-
-        def residuals(x: FloatArray, scale: float = scale) -> FloatArray:
-            fitted = likelihood.residual(x[None, :])[0] / scale
-            fitted = np.where(np.isfinite(fitted), fitted, 1e6)
-            return np.concatenate([fitted, (x - mean) / sd])
-
-        def jacobian(x: FloatArray, scale: float = scale) -> FloatArray:
-            derivative = likelihood.jacobian(x)[1] / scale
-            return np.vstack([np.nan_to_num(derivative), np.diag(1 / sd)])
-
-        solution = least_squares(
-            residuals, point, jac=jacobian, x_scale=sd, max_nfev=most, ftol=1e-6
+    points = np.array(starts)
+    deviance = _deviance(likelihood, points)
+    damping = np.full(len(points), _DAMPING)
+    running = np.arange(len(points))
+    for iteration in range(iterations):
+        if iteration == _SCOUTING:
+            running = running[deviance[running] < deviance.min() + _HOPELESS]
+        if running.size == 0:
+            break
+        here = points[running]
+        linear = _Linear.at(likelihood, here)
+        dampings = damping[running, None] * _LADDER
+        steps = linear.steps(dampings)
+        with np.errstate(all="ignore"):
+            straight = here[:, None, :] + steps
+            tried = np.concatenate([straight, _along_ridge(likelihood, here, steps)], axis=1)
+            reached = _deviance(likelihood, tried.reshape(-1, likelihood.size))
+        reached = reached.reshape(tried.shape[:2])
+        best = np.argmin(reached, axis=1)
+        each = np.arange(len(here))
+        gained = deviance[running] - reached[each, best]
+        better = gained > 0
+        points[running[better]] = tried[each, best][better]
+        deviance[running[better]] = reached[each, best][better]
+        damping[running] = np.where(
+            better,
+            np.maximum(dampings[each, best % _LADDER.size], _LEAST_DAMPING),
+            dampings[:, -1] * _LADDER[-1],
         )
-        point = solution.x
-    if not likelihood.supported(point[None, :])[0]:
-        return None
-    return describe(likelihood, point)
+        going = (linear.promised > _SETTLED) & ~(better & (gained < _SETTLED))
+        running = running[going & (damping[running] < _MOST_DAMPING)]
+    return [describe(likelihood, point) for point in points[np.isfinite(deviance)]]
+
+
+@dataclass(frozen=True)
+class _Linear:
+    """Least squares linearised at points, on the axes of its curvature.
+
+    Attributes
+    ----------
+    axes : (points, size, size) columns, scaled by the prior's standard deviations
+    curvature, slope : (points, size) of −log posterior along them
+    """
+
+    axes: FloatArray
+    curvature: FloatArray
+    slope: FloatArray
+
+    @staticmethod
+    def at(likelihood: LoopLikelihood, points: FloatArray) -> _Linear:
+        sd = likelihood.prior_sd
+        residual, derivative = likelihood.jacobians(points)
+        scale = np.sqrt(_variance(residual))[:, None]
+        residual = np.nan_to_num(residual / scale)
+        scaled = np.nan_to_num(derivative / scale[:, :, None]) * sd
+        turned = scaled.transpose(0, 2, 1)
+        values, vectors = np.linalg.eigh(turned @ scaled)
+        pull = (points - likelihood.prior_mean) / sd
+        pull[:, COUNT] = LOGIT_SD * np.tanh(0.5 * points[:, COUNT])  # the logistic prior's own
+        gradient = (turned @ residual[:, :, None])[:, :, 0] + pull
+        slope = np.einsum("pij,pi->pj", vectors, gradient)
+        return _Linear(sd[:, None] * vectors, np.maximum(values, 0.0) + 1.0, slope)
+
+    @property
+    def promised(self) -> FloatArray:
+        """(points,) fall of the deviance by the whole step, were everything linear."""
+        return np.asarray(np.sum(self.slope**2 / self.curvature, axis=1))
+
+    def steps(self, dampings: FloatArray) -> FloatArray:
+        """(points, dampings, size) steps under dampings (points, dampings)."""
+        along = -self.slope[:, None, :] / (self.curvature[:, None, :] + dampings[:, :, None])
+        return np.asarray(along @ self.axes.transpose(0, 2, 1))
+
+
+def _along_ridge(likelihood: LoopLikelihood, points: FloatArray, steps: FloatArray) -> FloatArray:
+    """Where steps (points, steps, size) lead that are straight in ridge coordinates; same shape."""
+    alpha, scale = likelihood.alpha, likelihood.prior.softplus_scale
+    shifts = np.vstack([np.zeros(COUNT), _STEP * np.eye(COUNT)])
+    near = (points[:, None, :COUNT] + shifts).reshape(-1, COUNT)
+    ridge = from_unconstrained(near, alpha, scale).reshape(len(points), COUNT + 1, COUNT)
+    derivative = (ridge[:, 1:] - ridge[:, :1]) / _STEP
+    moved = ridge[:, :1] + steps[:, :, :COUNT] @ derivative
+    reached, _ = to_unconstrained(moved.reshape(-1, COUNT), alpha, scale)
+    straight = points[:, None, COUNT:] + steps[:, :, COUNT:]
+    return np.concatenate([reached.reshape(moved.shape), straight], axis=2)
+
+
+def _variance(residual: FloatArray) -> FloatArray:
+    """Noise scale s² (...) of residuals (..., blocks)."""
+    squares = np.sum(residual**2, axis=-1)
+    return np.asarray(np.maximum(squares / max(1, residual.shape[-1] - 1), 1e-24))
+
+
+def _deviance(likelihood: LoopLikelihood, points: FloatArray) -> FloatArray:
+    """−2 log posterior (points,) at points (points, size); infinite outside the hard support."""
+    density = likelihood.log_likelihood(points) + likelihood.log_prior(points)
+    inside = likelihood.supported(points) & np.isfinite(density)
+    return np.where(inside, -2 * density, np.inf)
 
 
 def describe(likelihood: LoopLikelihood, point: FloatArray) -> StartingPoint:
     """A point (size,) with its Gauss-Newton curvature and deviance."""
-    variance = _scale(likelihood, point)
-    derivative = likelihood.jacobian(point)[1]
+    residual, derivative = likelihood.jacobian(point)
+    variance = float(_variance(residual))
     curvature = np.nan_to_num(derivative.T @ derivative) / variance
     curvature += np.diag(1 / likelihood.prior_sd**2)
     log_prior = float(likelihood.log_prior(point[None, :])[0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -58,25 +59,25 @@ class Course:
     output_angle: FloatArray | None
     scales: Scales
 
-    @property
+    @cached_property
     def load(self) -> FloatArray:
         """(samples,) torque over the record's largest."""
         return self.path.torque / self.scales.torque
 
-    @property
+    @cached_property
     def clock(self) -> FloatArray:
         """(samples,) time from 0 to 1 over the record; the order where it is untimed."""
         if self.time is None or self.scales.duration is None:
             return self.order
         return self.time / self.scales.duration
 
-    @property
+    @cached_property
     def turned_at(self) -> FloatArray:
         """(samples,) torque at the last reversal (or at the record's start) in Nm."""
         before = np.concatenate([self.path.torque[:1], self.path.reached[:-1]])
         return np.repeat(before, self.path.ends - self.path.starts)
 
-    @property
+    @cached_property
     def travel(self) -> FloatArray:
         """(samples,) torque travelled since the last reversal in Nm."""
         return np.maximum((self.path.torque - self.turned_at) * self.path.direction, 0.0)

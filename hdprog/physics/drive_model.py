@@ -156,13 +156,12 @@ def slip(
     -------
     (draws, samples) slip in rad
     """
-    direction, samples, stretches = path.direction, path.direction.size, path.starts.size
-    first = path.torque[..., [0, 0]]
+    samples, stretches = path.torque.shape[-1], path.starts.size
     # One call for the samples, the ends of the stretches and both envelopes at the first sample.
-    torque = np.concatenate([path.torque, path.reached, first], axis=-1)
-    pushed = torque * np.concatenate([direction, np.where(path.rising, 1.0, -1.0), [1.0, -1.0]])
+    pushed = path.pushing
     envelopes = slip_envelope(pushed, parameters, alpha)
     if negative is not None:
+        torque = np.concatenate([path.torque, path.reached, path.torque[..., [0, 0]]], axis=-1)
         envelopes = np.where(torque < 0, slip_envelope(pushed, negative, alpha), envelopes)
     envelope = envelopes[:, :samples]
     at_end = envelopes[:, samples : samples + stretches]
@@ -177,7 +176,8 @@ def slip(
         stretch = envelope[:, start:end]
         np.maximum(stretch, (sign * current)[:, None], out=stretch)
         current = sign * np.maximum(at_end[:, number], sign * current)
-    return direction * envelope
+    envelope *= path.direction
+    return envelope
 
 
 def torsion_angle(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,22 +34,33 @@ class TorquePath:
     variance: FloatArray | None = None
     reversal_torque: FloatArray | None = None
 
-    @property
+    @cached_property
     def ends(self) -> NDArray[np.intp]:
         """(stretches,) index behind the last sample of each stretch."""
         return np.append(self.starts[1:], self.torque.shape[-1])
 
-    @property
+    @cached_property
     def reached(self) -> FloatArray:
         """(stretches,) torque at the end of each stretch in Nm; (draws, stretches) by draw."""
         if self.reversal_torque is None:
             return np.asarray(self.torque[..., self.ends - 1])
         return self.reversal_torque
 
-    @property
+    @cached_property
     def direction(self) -> FloatArray:
         """(samples,) +1 on rising and −1 on falling stretches."""
         return np.repeat(np.where(self.rising, 1.0, -1.0), self.ends - self.starts)
+
+    @cached_property
+    def pushing(self) -> FloatArray:
+        """Torque along the direction of travel at all places that bound the slip, in Nm.
+
+        (samples + stretches + 2,): the samples, the stretches' ends, and the first sample as if
+        torque rose and as if it fell; (draws, …) where torque is by draw.
+        """
+        at = np.concatenate([self.torque, self.reached, self.torque[..., [0, 0]]], axis=-1)
+        turned = np.where(self.rising, 1.0, -1.0)
+        return np.asarray(at * np.concatenate([self.direction, turned, [1.0, -1.0]]))
 
     @staticmethod
     def exact(torque: FloatArray) -> TorquePath:

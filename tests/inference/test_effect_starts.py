@@ -151,7 +151,7 @@ def test_a_planted_effect_is_found(name: str) -> None:
     found = search_widely(likelihood, modes, np.random.default_rng(2))
     best = found[0]
     assert [start.deviance for start in found] == sorted(start.deviance for start in found)
-    from_truth = descend(likelihood, truth, (60, 60))
+    from_truth = descend(likelihood, truth, 100)
     assert from_truth is not None
     assert best.deviance < from_truth.deviance + 0.5
     sd = np.sqrt(np.diag(best.covariance))
