@@ -35,6 +35,7 @@ from hdprog.results import DriveResult, Forecast, Provenance, TestResult, TrendS
 from hdprog.tests_of_drive import FittedTest, close_tests, fit_tests
 
 Progress = Callable[[str, int, int], None]
+_PARTS = 2  # of the ensembles of a single record, whatever the cores: the draws depend on it
 _PACKAGES = ("numpy", "scipy", "emcee", "arviz")
 
 
@@ -96,6 +97,7 @@ def fit(
             rng,
             effects=chosen,
             plan=QUICK if quick else FULL,
+            parts=_PARTS,
             executor=executor,
             progress=progress,
         )
@@ -154,9 +156,9 @@ def explain(
         entropy = np.random.SeedSequence(rng.integers(0, 2**32, size=4).tolist())
         spread = map if executor is None else executor.map
         traced = trace([prepared], [entropy], spread=spread, inner=spread)[0]
-        posteriors = sample_both(
-            traced, rng, plan=plan, plan_before=plan, executor=executor, progress=progress
-        )
+        if progress is not None:
+            progress("sampling", 0, 1)
+        posteriors = sample_both(traced, rng, plan=plan, plan_before=plan, spread=spread)
     closed = explain_loop(traced, posteriors, rng, test_id=_stem(loop))
     requests = figure_requests(drive, prepared.operation)
     result = DriveResult(
@@ -229,14 +231,26 @@ def run(
         progress("trend", 0, 1)
     started = time.perf_counter()
     worn = () if explanation is None else _brought_by_wear(explanation)
-    summary, forecasts = _outlook(folder, posteriors, seeds, quick, worn)
+    compared = explanation is not None and bool(explanation.effects) and bool(folder.drive.limits)
+    looked_at = [(posteriors, worn), (before, ())] if compared else [(posteriors, worn)]
+    with process_executor(workers if compared else 1) as executor:
+        spread = map if executor is None else executor.map
+        count = len(looked_at)
+        outlooks = list(
+            spread(
+                _outlook,
+                [folder] * count,
+                *zip(*looked_at, strict=True),
+                [seeds] * count,
+                [quick] * count,
+            )
+        )
+    summary, forecasts = outlooks[0]
     if explanation is not None:
-        remaining = _remaining(forecasts)
-        earlier = remaining
-        if explanation.effects and remaining is not None:
-            earlier = _remaining(_outlook(folder, before, seeds, quick)[1])
         explanation = replace(
-            explanation, remaining_hours_before=earlier, remaining_hours_after=remaining
+            explanation,
+            remaining_hours_before=_remaining(outlooks[-1][1]),
+            remaining_hours_after=_remaining(forecasts),
         )
     seconds["outlook"] = time.perf_counter() - started
     if progress is not None:
@@ -257,9 +271,9 @@ def run(
 def _outlook(
     folder: DriveFolder,
     posteriors: tuple[Posterior, ...],
+    lasting: tuple[Effect, ...],
     seeds: Sequence[np.random.SeedSequence],
     quick: bool,
-    lasting: tuple[Effect, ...] = (),
 ) -> tuple[TrendSummary, tuple[Forecast, ...]]:
     """Trend over the tests, with effects that wear has brought, and first crossings of limits."""
     from hdprog.forecast.crossing import forecast

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from concurrent.futures import Executor
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,8 +23,9 @@ from hdprog.explanation import (
     ResidualCourse,
     Verdict,
 )
-from hdprog.inference.fit_loop import FULL, Progress, SamplingPlan, sample_posterior
+from hdprog.inference.fit_loop import FULL, SamplingPlan, sample_posterior
 from hdprog.inference.posterior import Posterior
+from hdprog.inference.prepare import Prepared
 from hdprog.inference.summarise import by_level, figure_requests
 from hdprog.physics.coordinates import coordinates
 from hdprog.physics.effects import BY_ID
@@ -56,26 +56,29 @@ def sample_both(
     *,
     plan: SamplingPlan = FULL,
     plan_before: SamplingPlan = FULL,
-    executor: Executor | None = None,
-    progress: Progress | None = None,
+    spread: Callable[..., Iterable[Posterior]] = map,
 ) -> tuple[Posterior, Posterior]:
-    """Posteriors of the drive model alone and of the final model."""
+    """Posteriors of the drive model alone and of the final model; one where they are the same.
 
-    def sample(model: Model, plan: SamplingPlan) -> Posterior:
-        return sample_posterior(
-            traced.prepared,
-            model.likelihood,
-            list(model.starts),
-            rng,
-            plan=plan,
-            executor=executor,
-            progress=progress,
-        )
-
+    Parameters
+    ----------
+    traced : what the search found
+    rng : source of randomness
+    plan, plan_before : how long to sample the final model and the drive model alone
+    spread : map over the two, e.g. an executor's
+    """
     if traced.final is traced.base:
-        only = sample(traced.base, plan)
+        only = _sample(traced.prepared, traced.base, rng, plan)
         return only, only
-    return sample(traced.base, plan_before), sample(traced.final, plan)
+    models, plans = (traced.base, traced.final), (plan_before, plan)
+    before, after = spread(_sample, [traced.prepared] * 2, models, rng.spawn(2), plans)
+    return before, after
+
+
+def _sample(
+    prepared: Prepared, model: Model, rng: np.random.Generator, plan: SamplingPlan
+) -> Posterior:
+    return sample_posterior(prepared, model.likelihood, list(model.starts), rng, plan=plan)
 
 
 def explain(

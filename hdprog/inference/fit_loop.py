@@ -25,7 +25,7 @@ from hdprog.inference.sampler import (
     EnsembleState,
     RidgePosterior,
     initial_states,
-    sample_ensemble,
+    sample_ensembles,
 )
 from hdprog.inference.starting_points import StartingPoint
 from hdprog.physics.effects.base import Effect
@@ -33,6 +33,7 @@ from hdprog.physics.parameters import FloatArray
 
 Progress = Callable[[str, int, int], None]
 _SLOW = 12.0  # autocorrelation time in steps above which the proposal is fitted anew
+_HELPED = 0.8  # of the time before, which a proposal fitted anew must reach to be fitted again
 _MIXTURE_DRAWS = 6000
 
 
@@ -74,6 +75,7 @@ def fit_loop(
     prior: Prior | None = None,
     effects: tuple[Effect, ...] = (),
     plan: SamplingPlan = FULL,
+    parts: int = 1,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Posterior:
@@ -87,7 +89,8 @@ def fit_loop(
     prior : overrides the drive's own, e.g. to share one over the tests of a drive
     effects : beside the drive model, fitted with it
     plan : how long to sample
-    executor : runs the ensembles side by side; in this process if None
+    parts : into how many the ensembles are divided; the draws depend on it
+    executor : runs the parts side by side; in this process if None
     progress : called with stage, effective lengths done and wanted
 
     Returns
@@ -108,7 +111,14 @@ def fit_loop(
         starts = search_widely(likelihood, effect_starts(likelihood, starts), rng)
     likelihood, starts = settle_noise(likelihood, starts, rng)
     return sample_posterior(
-        prepared, likelihood, starts, rng, plan=plan, executor=executor, progress=progress
+        prepared,
+        likelihood,
+        starts,
+        rng,
+        plan=plan,
+        parts=parts,
+        executor=executor,
+        progress=progress,
     )
 
 
@@ -119,6 +129,7 @@ def sample_posterior(
     rng: np.random.Generator,
     *,
     plan: SamplingPlan = FULL,
+    parts: int = 1,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Posterior:
@@ -129,12 +140,14 @@ def sample_posterior(
     prepared : the record
     likelihood : with its noise and effects
     starts : modes of it, best first
+    parts : into how many the ensembles are divided; the draws depend on it
     rng, plan, executor, progress : as in `fit_loop`
     """
     linearised = LinearisedEffects.about(likelihood, starts[0]) if likelihood.effects else None
     sampled = likelihood if linearised is None else linearised.sampled
     posterior = RidgePosterior(sampled)
-    states = initial_states(posterior, [_without_effects(start) for start in starts], rng)
+    modes = [_without_effects(start) for start in starts]
+    states = initial_states(posterior, modes, rng, parts)
     chains, diagnostics, sampling, converged = _sample(
         posterior, states, plan, rng, executor, progress
     )
@@ -220,10 +233,10 @@ def _sample(
         nonlocal steps_done
         many = len(states)
         results = list(
-            spread(sample_ensemble, [posterior] * many, states, [steps] * many, [mixture] * many)
+            spread(sample_ensembles, [posterior] * many, states, [steps] * many, [mixture] * many)
         )
         steps_done += steps
-        chains = np.stack([chain for chain, _, _ in results])
+        chains = np.concatenate([chains for chains, _, _ in results])
         accepted = float(np.mean([share for _, share, _ in results]))
         return chains, accepted, [state for _, _, state in results]
 
@@ -233,11 +246,12 @@ def _sample(
         mixture = fit_mixture(_some(chains[:, steps // 2 :]), plan.components[number], rng)
     warm_up = steps_done
     ridge, accepted, states = advance(plan.first_steps, mixture)
-    refits = 0
+    refits, slowest = 0, math.inf
     while True:
         tau = float(autocorrelation_time(ridge).max())
-        if tau > _SLOW and refits < plan.refits:
+        if tau > _SLOW and refits < plan.refits and tau < _HELPED * slowest:
             # The proposal misses part of the posterior: what was seen so far becomes warm-up.
+            slowest = tau
             mixture = fit_mixture(_some(ridge), plan.components[-1] + 4 * refits + 2, rng)
             warm_up, refits = steps_done, refits + 1
             ridge, accepted, states = advance(plan.first_steps * refits, mixture)

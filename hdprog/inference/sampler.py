@@ -65,59 +65,75 @@ class RidgePosterior:
 
 @dataclass(frozen=True)
 class EnsembleState:
-    """Where an ensemble stands between two stretches of sampling."""
+    """Where ensembles that run side by side stand between two stretches of sampling.
+
+    Attributes
+    ----------
+    position : (ensembles, walkers, dimensions)
+    random_state : of their generator
+    """
 
     position: FloatArray
     random_state: Any
 
 
-def moves(mixture: GaussianMixture | None = None) -> list[tuple[object, float]]:
+def moves(ensembles: int, mixture: GaussianMixture | None = None) -> list[tuple[Any, float]]:
     """The moves in use with their weights; their stationarity is tested on known targets.
 
     Parameters
     ----------
+    ensembles : how many run side by side
     mixture : frozen proposal of the steps after the warm-up, or None during it
     """
     from emcee.moves import DEMove, MHMove, StretchMove
 
+    from hdprog.inference.side_by_side import SideBySide
+
     local = [(DEMove(), 0.8), (DEMove(gamma0=1.0), 0.1), (StretchMove(), 0.1)]
+    each = [(SideBySide(move, ensembles), weight) for move, weight in local]
     if mixture is None:
-        return local
+        return each
     independent = MHMove(IndependenceProposal(mixture))
-    return [(independent, 0.65)] + [(move, 0.35 * weight) for move, weight in local]
+    return [(independent, 0.65)] + [(move, 0.35 * weight) for move, weight in each]
 
 
-def sample_ensemble(
+def sample_ensembles(
     log_density: LogDensity,
     state: EnsembleState,
     steps: int,
     mixture: GaussianMixture | None = None,
 ) -> tuple[FloatArray, float, EnsembleState]:
-    """Run one ensemble on.
+    """Run independent ensembles on, side by side.
 
     Parameters
     ----------
     log_density : (draws, dimensions) → (draws,)
-    state : walkers' positions (walkers, dimensions) and the generator's state
-    steps : steps of the whole ensemble
+    state : walkers' positions and the generator's state
+    steps : steps of every ensemble
     mixture : frozen proposal, or None during the warm-up
 
     Returns
     -------
-    chain (steps, walkers, dimensions), share of accepted proposals, state to run on from
+    chains (ensembles, steps, walkers, dimensions), share of accepted proposals, state to run on
+    from
     """
     from emcee import EnsembleSampler
 
-    walkers, dimensions = state.position.shape
+    ensembles, walkers, dimensions = state.position.shape
     sampler = EnsembleSampler(
-        walkers, dimensions, log_density, moves=moves(mixture), vectorize=True
+        ensembles * walkers,
+        dimensions,
+        log_density,
+        moves=moves(ensembles, mixture),
+        vectorize=True,
     )
     # emcee seeds itself from NumPy's global state unless told otherwise.
     sampler.random_state = state.random_state
-    sampler.run_mcmc(state.position, steps, skip_initial_state_check=True)
-    chain = sampler.get_chain()
-    following = EnsembleState(chain[-1], sampler.random_state)
-    return chain, float(np.mean(sampler.acceptance_fraction)), following
+    flat = state.position.reshape(-1, dimensions)
+    sampler.run_mcmc(flat, steps, skip_initial_state_check=True)
+    chains = sampler.get_chain().reshape(steps, ensembles, walkers, dimensions).swapaxes(0, 1)
+    following = EnsembleState(chains[:, -1], sampler.random_state)
+    return chains, float(np.mean(sampler.acceptance_fraction)), following
 
 
 def fresh_random_state(rng: np.random.Generator) -> Any:
@@ -132,6 +148,7 @@ def initial_states(
     posterior: RidgePosterior,
     starts: list[StartingPoint],
     rng: np.random.Generator,
+    parts: int = 1,
     ensembles: int = ENSEMBLES,
     walkers: int = WALKERS,
 ) -> list[EnsembleState]:
@@ -139,9 +156,16 @@ def initial_states(
 
     Each mode gets walkers in proportion to the mass of its Gaussian approximation.
 
+    Parameters
+    ----------
+    posterior, starts : the posterior and its modes, best first
+    rng : source of randomness
+    parts : into how many the ensembles are divided, so that each may run in a process of its own
+    ensembles, walkers : how many in all, and in each
+
     Returns
     -------
-    one EnsembleState an ensemble
+    one EnsembleState a part
     """
     size = posterior.likelihood.size
     near = [start for start in starts if start.deviance < starts[0].deviance + 12.0]
@@ -151,7 +175,7 @@ def initial_states(
     weight = np.exp(mass - mass.max()) + 0.05
     weight /= weight.sum()
     factors = [np.linalg.cholesky(start.covariance) for start in near]
-    states = []
+    positions = []
     for _ in range(ensembles):
         kept: list[FloatArray] = []
         spread = 1.0
@@ -163,5 +187,8 @@ def initial_states(
                 kept.append(position)
             else:
                 spread *= 0.97
-        states.append(EnsembleState(np.array(kept), fresh_random_state(rng)))
-    return states
+        positions.append(np.array(kept))
+    return [
+        EnsembleState(part, fresh_random_state(rng))
+        for part in np.array_split(np.array(positions), parts)
+    ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hdprog.inference.diagnostics import autocorrelation_time, diagnose, fold
-from hdprog.inference.sampler import EnsembleState, fresh_random_state, sample_ensemble
+from hdprog.inference.sampler import EnsembleState, fresh_random_state, sample_ensembles
 
 
 def gaussian(points: np.ndarray) -> np.ndarray:
@@ -14,11 +14,8 @@ def gaussian(points: np.ndarray) -> np.ndarray:
 
 def chains(seed: int, steps: int = 1200) -> np.ndarray:
     rng = np.random.default_rng(seed)
-    found = []
-    for _ in range(4):
-        state = EnsembleState(rng.standard_normal((12, 4)), fresh_random_state(rng))
-        found.append(sample_ensemble(gaussian, state, steps)[0])
-    return np.stack(found)
+    state = EnsembleState(rng.standard_normal((4, 12, 4)), fresh_random_state(rng))
+    return sample_ensembles(gaussian, state, steps)[0]
 
 
 def test_effective_draws_match_the_scatter_of_repeated_runs() -> None:

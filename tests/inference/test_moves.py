@@ -11,7 +11,7 @@ from scipy import stats
 
 from hdprog.inference.diagnostics import fold
 from hdprog.inference.mixture_proposal import GaussianMixture, fit_mixture
-from hdprog.inference.sampler import EnsembleState, fresh_random_state, moves, sample_ensemble
+from hdprog.inference.sampler import EnsembleState, fresh_random_state, moves, sample_ensembles
 
 DIMENSIONS, WALKERS, STEPS = 5, 20, 3000
 FACTOR = np.linalg.cholesky(0.7 * np.ones((DIMENSIONS, DIMENSIONS)) + 0.3 * np.eye(DIMENSIONS))
@@ -29,11 +29,11 @@ def truncated(points: np.ndarray) -> np.ndarray:
 
 def sampled(target, mixture: GaussianMixture | None, seed: int) -> np.ndarray:
     rng = np.random.default_rng(seed)
-    start = np.abs(rng.standard_normal((WALKERS, DIMENSIONS)))
+    start = np.abs(rng.standard_normal((1, WALKERS, DIMENSIONS)))
     state = EnsembleState(start, fresh_random_state(rng))
-    chain, accepted, _ = sample_ensemble(target, state, STEPS, mixture)
+    chains, accepted, _ = sample_ensembles(target, state, STEPS, mixture)
     assert accepted > 0.05
-    return fold(chain[None, 300:])[0]
+    return fold(chains[:, 300:])[0]
 
 
 def poor_mixture() -> GaussianMixture:
@@ -81,9 +81,30 @@ def test_the_check_catches_a_move_that_is_wrong() -> None:
 
 def test_no_snooker_among_the_moves() -> None:
     for mixture in (None, poor_mixture()):
-        used, weights = zip(*moves(mixture), strict=True)
-        assert not any(isinstance(move, emcee.moves.DESnookerMove) for move in used)
+        used, weights = zip(*moves(4, mixture), strict=True)
+        inner = [getattr(move, "inner", move) for move in used]
+        assert not any(isinstance(move, emcee.moves.DESnookerMove) for move in inner)
         assert sum(weights) == pytest.approx(1.0)
+
+
+def test_side_by_side_ensembles_know_nothing_of_each_other() -> None:
+    """Ensembles that start a world apart, where no step leads from one to the other, stay so."""
+    rng = np.random.default_rng(4)
+    start = 0.1 * rng.standard_normal((3, 12, 4)) + 1e6 * np.arange(3)[:, None, None]
+
+    def flat_wells(points: np.ndarray) -> np.ndarray:
+        away = points - 1e6 * np.round(points / 1e6)
+        return -0.5 * (away**2).sum(axis=1)
+
+    state = EnsembleState(start, fresh_random_state(rng))
+    chains, accepted, _ = sample_ensembles(flat_wells, state, 800)
+    assert chains.shape == (3, 800, 12, 4)
+    assert accepted > 0.2
+    for number, chain in enumerate(chains):
+        away = chain[200:].reshape(-1, 4) - 1e6 * number
+        assert np.abs(away).max() < 10
+        # A few hundred effective draws: the SD is known to 4 %, five times that is allowed.
+        np.testing.assert_allclose(away.std(axis=0), 1.0, atol=0.2)
 
 
 def test_same_seed_same_chain_whatever_the_global_state() -> None:
