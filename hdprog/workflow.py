@@ -280,15 +280,24 @@ def _outlook(
     from hdprog.trend.followed_effects import FollowedEffects
     from hdprog.trend.loop_evidence import FittedLoop
     from hdprog.trend.trend import fit_trend
+    from hdprog.trend.wear_clock import hours_by_load
     from hdprog.trend.wear_prior import read_wear_prior
 
     followed = None
     if lasting:
         found = [(one.likelihood.reduced.course.scales, one.effect_values) for one in posteriors]
         followed = FollowedEffects.of(lasting, found)
+    hours = [test.service_hours for test in folder.tests]
+    by_load = hours_by_load(
+        hours,
+        [test.mean_torque_Nm for test in folder.tests],
+        [test.mean_speed_rpm for test in folder.tests],
+    )
     evidence = tuple(
-        FittedLoop.of(posterior, test.service_hours, test.event, test.temperature_C, followed)
-        for test, posterior in zip(folder.tests, posteriors, strict=True)
+        FittedLoop.of(posterior, test.service_hours, test.event, test.temperature_C, load, followed)
+        for test, posterior, load in zip(
+            folder.tests, posteriors, by_load or [None] * len(hours), strict=True
+        )
     )
     trend = fit_trend(
         evidence,

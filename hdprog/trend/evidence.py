@@ -44,7 +44,7 @@ class LoopEvidence(Protocol):
     ----------
     service_hours : hours in service at the test
     event : one of `EVENTS`, or None
-    load_hours : equivalent hours since zero (see `wear_clock.equivalent_hours`), or None
+    load_hours : hours by load since zero (see `wear_clock.hours_by_load`), or None
     temperature_C : of the drive, or None
     posterior : (draws, n) drawn from the loop's own posterior: unconstrained coordinates, and
         amplitudes of the effects that are followed; a starting point and a check, never data

@@ -1,8 +1,9 @@
 """Sampling of the hyperparameters: a handful of numbers, states integrated out exactly.
 
 Every hyperparameter is sampled as a standard normal deviate, so the prior is a unit Gaussian.
-Several independent ensembles run with differential-evolution and stretch moves; they start from
-an importance-resampled Laplace approximation around the mode.
+Several independent ensembles run as for the loops: differential evolution and stretch moves first,
+then mostly proposals from a mixture fitted to these and frozen. They start from an
+importance-resampled Laplace approximation around the mode.
 """
 
 from __future__ import annotations
@@ -13,12 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from hdprog.inference.diagnostics import diagnose
+from hdprog.inference.mixture_proposal import fit_mixture
+from hdprog.inference.sampler import EnsembleState, fresh_random_state, sample_ensembles
 from hdprog.physics.parameters import FloatArray
 
 ENSEMBLES = 4
-WALKERS = 16
+WALKERS = 20
 RHAT_LIMIT = 1.02
 """On a few hundred effective draws, R-hat itself scatters by about 0.01."""
+_COMPONENTS = 2
 _DIFFERENCE = 1e-2
 _BOTTOM = -1e12  # stands for minus infinity where differences are taken
 
@@ -135,33 +139,24 @@ def sample(
     ----------
     log_density : vectorised
     walkers : (ensembles, walkers, dimensions)
-    burn_in, steps : dropped and kept steps
+    burn_in, steps : dropped steps, in whose two halves the proposal is fitted, and kept ones
     rng : source of randomness
     effort : how far to go on; the kept steps alone if left out
     """
-    import emcee
-
-    moves = [
-        (emcee.moves.StretchMove(), 0.35),
-        (emcee.moves.DEMove(), 0.55),
-        (emcee.moves.DEMove(gamma0=1.0), 0.10),
-    ]
-    samplers = []
-    for start in walkers:
-        sampler = emcee.EnsembleSampler(*start.shape, log_density, moves=moves, vectorize=True)
-        seed = int(rng.integers(2**32))
-        # emcee would take its state from NumPy's global generator.
-        sampler.random_state = np.random.RandomState(seed).get_state()
-        sampler.run_mcmc(start, burn_in + steps)
-        samplers.append(sampler)
+    state = EnsembleState(walkers, fresh_random_state(rng))
+    mixture = None
+    for share in (burn_in // 2, burn_in - burn_in // 2):
+        chains, _, state = sample_ensembles(log_density, state, share, mixture)
+        seen = chains[:, share // 2 :].reshape(-1, walkers.shape[-1])
+        mixture = fit_mixture(seen, _COMPONENTS, rng)
+    chains, _, state = sample_ensembles(log_density, state, steps, mixture)
     while True:
-        chains = np.stack([sampler.get_chain(discard=burn_in) for sampler in samplers])
         kept = chains.shape[1]
         draws = _diagnosed(chains, 0.0 if effort is None else effort.ess)
         if draws.converged or effort is None or 2 * kept > effort.largest_steps:
             return draws
-        for sampler in samplers:
-            sampler.run_mcmc(None, kept)
+        more, _, state = sample_ensembles(log_density, state, kept, mixture)
+        chains = np.concatenate([chains, more], axis=1)
 
 
 def _diagnosed(chains: FloatArray, ess_limit: float) -> HyperparameterDraws:

@@ -43,6 +43,7 @@ class FittedLoop:
         service_hours: float,
         event: str | None = None,
         temperature_C: float | None = None,
+        load_hours: float | None = None,
         followed: FollowedEffects | None = None,
     ) -> FittedLoop:
         """From a test's posterior, whose prior is left out."""
@@ -56,7 +57,7 @@ class FittedLoop:
         return FittedLoop(
             service_hours,
             event,
-            None,
+            load_hours,
             temperature_C,
             coordinates,
             likelihood,

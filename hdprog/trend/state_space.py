@@ -26,6 +26,7 @@ from hdprog.trend.wear_clock import ServiceClock, WearClock
 from hdprog.trend.wear_coordinates import StatePrior
 from hdprog.trend.wear_prior import WearPrior
 
+LOAD_SHARE = "load_share"
 HYPERPARAMETERS: tuple[str, ...] = (
     "wear_rate",
     "clock_exponent",
@@ -35,6 +36,7 @@ HYPERPARAMETERS: tuple[str, ...] = (
     "rate_volatility",
     "own_volatility",
     "remounting_scatter",
+    LOAD_SHARE,
 )
 """Sampled as standard normal deviates, one column each."""
 _SETTLING = 0.02  # units of wear before which the rate is not spoken of
@@ -50,11 +52,12 @@ class Hyperparameters:
     rate_volatility: FloatArray
     own_volatility: FloatArray
     scatter: FloatArray
+    load_share: FloatArray
 
     @staticmethod
     def of(deviates: FloatArray, prior: WearPrior) -> Hyperparameters:
-        """From standard normal deviates (draws, 8)."""
-        rate, exponent, curvature, length, volatility, change, own, scatter = deviates.T
+        """From standard normal deviates (draws, 9)."""
+        rate, exponent, curvature, length, volatility, change, own, scatter, load = deviates.T
         return Hyperparameters(
             WearClock(
                 prior.wear_rate.at(rate),
@@ -67,6 +70,7 @@ class Hyperparameters:
             prior.rate_volatility.at(change),
             prior.own_volatility.at(own),
             prior.remounting_scatter.at(scatter),
+            prior.load_share.at(load),
         )
 
     def named(self) -> dict[str, FloatArray]:
@@ -81,6 +85,7 @@ class Hyperparameters:
             self.rate_volatility,
             self.own_volatility,
             self.scatter,
+            self.load_share,
         )
         return dict(zip(HYPERPARAMETERS, values, strict=True))
 
@@ -91,14 +96,16 @@ class Timeline:
 
     Attributes
     ----------
-    age : (times,) hours of the clock since the drive was new or replaced
+    age : (times,) service hours since the drive was new or replaced
     begins : (times,) True where a new drive begins: at the first time and at each replacement
     event_variance : (times, n) variance of the lasting step just before the time
+    age_by_load : (times,) the same hours counted by load; None where the load is not known
     """
 
     age: FloatArray
     begins: NDArray[np.bool_]
     event_variance: FloatArray
+    age_by_load: FloatArray | None = None
 
     @staticmethod
     def of(
@@ -126,14 +133,19 @@ class Timeline:
             if test >= 0:
                 variance[place] = prior.event_variance(tests[test].event)
                 begins[place] |= tests[test].event == "replaced" and place > 0
-        counted = clock(service)
-        start = np.zeros(service.size)
-        origin = 0.0
-        for place in range(service.size):
-            if begins[place] and place > 0:
-                origin = counted[place]
-            start[place] = origin
-        return Timeline(counted - start, begins, variance), which
+        first = np.maximum.accumulate(np.where(begins, np.arange(service.size), 0))
+
+        def since_new(hours: FloatArray) -> FloatArray:
+            return np.asarray(hours - np.where(first > 0, hours[first], 0.0))
+
+        by_load = since_new(clock(service)) if clock.by_load else None
+        return Timeline(since_new(clock.served(service)), begins, variance, by_load), which
+
+    def counted(self, load_share: FloatArray) -> FloatArray:
+        """Hours by which wear counts, (draws, times), for shares of load (draws,)."""
+        by_load = self.age if self.age_by_load is None else self.age_by_load
+        share = load_share[:, None]
+        return np.asarray((1 - share) * self.age + share * by_load)
 
 
 @dataclass(frozen=True)
@@ -179,7 +191,7 @@ class Steps:
         timeline: Timeline, values: Hyperparameters, prior: StatePrior, wear_prior: WearPrior
     ) -> Steps:
         """Lay the steps along a timeline."""
-        expected = values.clock.expected(timeline.age)
+        expected = values.clock.expected(timeline.counted(values.load_share))
         reached = values.clock.level(expected)
         worn = _increments(reached, timeline.begins)
         # What has levelled off still wanders; what accelerates wanders the more.

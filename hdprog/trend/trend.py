@@ -29,7 +29,7 @@ from hdprog.trend.hyperparameters import (
 from hdprog.trend.observation import Observations
 from hdprog.trend.relinearise import JointMode, JointPrior, joint_mode, moved
 from hdprog.trend.smoother import draw, log_evidence, simulate
-from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
+from hdprog.trend.state_space import HYPERPARAMETERS, LOAD_SHARE, Hyperparameters, Steps, Timeline
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import StatePrior, from_loop, linearise, to_loop
 from hdprog.trend.wear_prior import WearPrior
@@ -169,12 +169,19 @@ class Trend:
 
     def hyperparameters(self) -> Mapping[str, FloatArray]:
         """Draws of the hyperparameters by name, (draws,) each."""
-        return Hyperparameters.of(self.draws.flat, self.wear_prior).named()
+        named = Hyperparameters.of(self.draws.flat, self.wear_prior).named()
+        return {name: named[name] for name in self._in_use}
 
     def carried_by_prior(self) -> tuple[str, ...]:
         """Hyperparameters whose spread the tests hardly narrowed: by less than a fifth."""
         spread = self.draws.flat.std(axis=0)
-        return tuple(name for name, sd in zip(HYPERPARAMETERS, spread, strict=True) if sd**2 > 0.64)
+        wide = dict(zip(HYPERPARAMETERS, spread**2 > 0.64, strict=True))
+        return tuple(name for name in self._in_use if wide[name])
+
+    @property
+    def _in_use(self) -> tuple[str, ...]:
+        by_load = self.clock.by_load
+        return tuple(name for name in HYPERPARAMETERS if by_load or name != LOAD_SHARE)
 
     def summary(self, drive: Drive, operation: Operation, rng: np.random.Generator) -> TrendSummary:
         """Put the trend into numbers ready to be written; see `hdprog.trend.summary.summarise`."""

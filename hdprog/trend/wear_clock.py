@@ -14,37 +14,44 @@ _LARGEST_LOG = 10.0  # wear beyond e^10 units is beyond anything that a figure c
 _STRAIGHT = 1e-9
 
 
-def equivalent_hours(
-    service_hours: FloatArray,
-    mean_torque: FloatArray,
-    mean_speed: FloatArray,
-    rated_torque: float,
-    rated_speed: float,
-) -> FloatArray:
-    """Hours at rated load and speed that wear as much as those served.
+def hours_by_load(
+    service_hours: Sequence[float],
+    mean_torque: Sequence[float | None],
+    mean_speed: Sequence[float | None],
+) -> tuple[float, ...] | None:
+    """Hours in which the drive's mean load wears as much as the loads that it had.
 
-    Each stretch counts Δt·(T/T_rated)³·(n/n_rated), the rule by which makers rate the life of the
-    wave generator's bearing (Harmonic Drive CSF/CSG catalogue, service life).
+    Each stretch counts Δt·T³·n, the rule by which makers rate the life of the wave generator's
+    bearing (Harmonic Drive CSF/CSG catalogue, service life), scaled so that all stretches together
+    count the hours served: rated torque and speed, constant factors, are then not needed.
 
     Parameters
     ----------
-    service_hours : (tests,) hours at the tests, rising
-    mean_torque, mean_speed : (tests,) load in Nm and rpm since the test before (the first: since
-        zero hours)
-    rated_torque, rated_speed : in Nm and rpm
+    service_hours : hours at the tests, rising
+    mean_torque, mean_speed : load in Nm and rpm since the test before (the first: since zero
+        hours), None where it is not known; speed counts where every stretch has it
 
     Returns
     -------
-    (tests,) equivalent hours since zero
+    hours since zero at the tests; None where the torque of a stretch is not known
     """
-    served = np.diff(service_hours, prepend=0.0)
-    weight = (np.abs(mean_torque) / rated_torque) ** 3 * (np.abs(mean_speed) / rated_speed)
-    return np.asarray(np.cumsum(served * weight))
+    served = np.diff(np.asarray(service_hours, dtype=float), prepend=0.0)
+    ran = served > 0
+    torque = np.array([np.nan if one is None else one for one in mean_torque])[ran]
+    speed = np.array([np.nan if one is None else one for one in mean_speed])[ran]
+    if not torque.size or np.isnan(torque).any():
+        return None
+    pace = np.abs(torque) ** 3 * (np.ones_like(speed) if np.isnan(speed).any() else np.abs(speed))
+    counted = np.zeros_like(served)
+    counted[ran] = served[ran] * pace
+    if not counted.sum() > 0:
+        return None
+    return tuple(np.cumsum(counted) * (served.sum() / counted.sum()))
 
 
 @dataclass(frozen=True)
 class ServiceClock:
-    """Map from service hours to the hours by which wear counts.
+    """Map from service hours to hours by load.
 
     Between tests it is linear; past the last it goes on at the mean pace so far.
 
@@ -79,8 +86,13 @@ class ServiceClock:
         """Give the clock another pace past the last test, e.g. 0.8³ of it at 80 % torque."""
         return replace(self, load_factor=load_factor)
 
+    def served(self, hours: FloatArray) -> FloatArray:
+        """Service hours (any shape), those past the last test at the pace of the load to come."""
+        hours, last = np.asarray(hours, dtype=float), self.service[-1]
+        return np.asarray(np.where(hours > last, last + self.load_factor * (hours - last), hours))
+
     def __call__(self, hours: FloatArray) -> FloatArray:
-        """Hours by which wear counts at service hours (any shape)."""
+        """Hours by load at service hours (any shape)."""
         last = self.service[-1]
         pace = self.equivalent[-1] / last if self.by_load and last > 0 else 1.0
         beyond = np.maximum(np.asarray(hours, dtype=float) - last, 0.0)
@@ -110,7 +122,7 @@ class WearClock:
     reference_hours: float
 
     def expected(self, hours: FloatArray) -> FloatArray:
-        """Power law u, (draws, times), at hours of age (times,)."""
+        """Power law u, (draws, times), at hours of age (times,) or (draws, times)."""
         age = np.maximum(np.asarray(hours, dtype=float), 0.0) / self.reference_hours
         with np.errstate(divide="ignore"):
             log_age = np.log(age)

@@ -34,6 +34,19 @@ class LogNormal(_Strict):
         return np.asarray(self.median * np.exp(self.log_sd * deviate))
 
 
+class Share(_Strict):
+    """A belief in a share between 0 and 1: a Gaussian through its distribution function."""
+
+    mean: float
+    sd: float = Field(gt=0)
+
+    def at(self, deviate: FloatArray) -> FloatArray:
+        """Value at standard normal deviates (any shape)."""
+        from scipy.special import ndtr
+
+        return np.asarray(ndtr(self.mean + self.sd * deviate))
+
+
 class WearRate(LogNormal):
     """Units of wear reached after `reference_hours`."""
 
@@ -90,6 +103,7 @@ class WearPrior(_Strict):
     rate_volatility: LogNormal
     own_volatility: LogNormal
     remounting_scatter: LogNormal
+    load_share: Share
     drift_scale: dict[str, float]
     scatter_scale: dict[str, float]
     effect: EffectPrior

@@ -1,0 +1,69 @@
+"""Hours counted by load: how they are made, and that the tests themselves weigh them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hdprog.trend.state_space import LOAD_SHARE
+from hdprog.trend.trend import fit_trend
+from hdprog.trend.wear_clock import ServiceClock, hours_by_load
+from hdprog.trend.wear_prior import read_wear_prior
+from tests.trend.stand_in import PRIOR, wearing_drive
+
+HOURS = np.linspace(0.0, 3500.0, 8)
+TORQUE = [None, 20.0, 60.0, 22.0, 55.0, 25.0, 60.0, 20.0]
+
+
+def test_torque_counts_by_its_cube_and_speed_in_proportion() -> None:
+    found = hours_by_load([0, 100, 200], [None, 10, 20], [None, 1000, 500])
+    # Paces 1 and 8 · ½ = 4: of 200 hours the first stretch counts a fifth.
+    assert found == pytest.approx((0.0, 40.0, 200.0))
+    assert hours_by_load([0, 100, 200], [None, 10, 20], [None, 1000, None]) == pytest.approx(
+        (0.0, 200 / 9, 200.0)
+    )
+
+
+@pytest.mark.parametrize(
+    ("hours", "torque"),
+    [([0, 100], [None, None]), ([50, 100], [None, 20]), ([0, 100], [None, 0.0]), ([0], [None])],
+)
+def test_a_stretch_without_load_leaves_the_hours_as_they_are(hours, torque) -> None:
+    assert hours_by_load(hours, torque, [None] * len(hours)) is None
+
+
+def test_hours_to_come_pass_at_the_pace_so_far_or_at_the_load_asked_for() -> None:
+    drive = wearing_drive(np.random.default_rng(1), HOURS / 4000, HOURS)
+    plain = ServiceClock.of(drive)
+    assert not plain.by_load
+    assert plain.slowed(0.5).served(np.array([1000.0, 3500.0, 4500.0])) == pytest.approx(
+        [1000, 3500, 4000]
+    )
+
+
+@pytest.mark.parametrize("follows", [True, False])
+def test_the_tests_say_whether_wear_follows_the_load(follows: bool) -> None:
+    by_load = hours_by_load(HOURS.tolist(), TORQUE, [None] * 8)
+    assert by_load is not None
+    wear = (np.array(by_load) if follows else HOURS) / 4000.0
+    rng = np.random.default_rng(5)
+    drive = [
+        replace(test, load_hours=load)
+        for test, load in zip(wearing_drive(rng, wear, HOURS), by_load, strict=True)
+    ]
+    trend = fit_trend(drive, PRIOR, read_wear_prior(), rng, quick=True)
+    share = np.quantile(trend.hyperparameters()[LOAD_SHARE], (0.1, 0.5, 0.9))
+    # A priori: 0.39, 0.84, 0.99.
+    if follows:
+        assert share[0] > 0.7
+    else:
+        assert share[2] < 0.6
+
+
+def test_without_loads_nothing_is_said_of_them() -> None:
+    drive = wearing_drive(np.random.default_rng(1), HOURS[:2] / 4000, HOURS[:2])
+    trend = fit_trend(drive, PRIOR, read_wear_prior(), np.random.default_rng(2), quick=True)
+    assert LOAD_SHARE not in trend.hyperparameters()
+    assert LOAD_SHARE not in trend.carried_by_prior()
