@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
 from hdprog.config import Drive, Limit
 from hdprog.data.loop import Loop
@@ -32,6 +33,80 @@ class ParameterSummary:
     ess_bulk: float
     ess_tail: float
     contraction: float
+
+
+Diagnosis = Literal["record", "shared", "prior", "conflict", "overruled"]
+"""Who carries a number: the record alone, both, the prior alone; or prior and record disagree and
+share it ("conflict"), or disagree and the record alone decides ("overruled")."""
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """What a number of a test rests on.
+
+    Attributes
+    ----------
+    prior, record : power-scaling sensitivity to the prior and to the likelihood; 0.05 and more
+        counts
+    diagnosis : what follows
+    shift : how far the record moved a parameter from the prior's mean, standard normal where
+        prior and record agree; None for figures
+    """
+
+    prior: float
+    record: float
+    diagnosis: Diagnosis
+    shift: float | None = None
+
+
+@dataclass(frozen=True)
+class Combination:
+    """Parameters that a record knows together, in a physical unit.
+
+    Attributes
+    ----------
+    quantiles : by level
+    contraction : 1 − var(posterior)/var(prior) of its logarithm
+    """
+
+    quantiles: Mapping[float, float]
+    contraction: float
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What a record tells of the eight parameters, and what it leaves to the prior.
+
+    Attributes
+    ----------
+    largest_torque : of the record, in Nm
+    beyond_record : probability that the preload torque T_i lies beyond it
+    one_spring : cup and teeth act as one stiffness, as where T_T is near 0
+    combined_stiffness : K of cup and meshed teeth in Nm/rad (38)
+    no_load_friction : −c·μ·T_i in Nm
+    """
+
+    largest_torque: float
+    beyond_record: float
+    one_spring: bool
+    combined_stiffness: Combination
+    no_load_friction: Combination
+
+
+@dataclass(frozen=True)
+class OtherToothAngle:
+    """A test as it would read with another gear-tooth angle than the assumed one.
+
+    Attributes
+    ----------
+    alpha : the other angle in rad
+    parameters : name → level → value
+    figures : key → level → value
+    """
+
+    alpha: float
+    parameters: Mapping[str, Mapping[float, float]]
+    figures: Mapping[str, Mapping[float, float]]
 
 
 @dataclass(frozen=True)
@@ -88,6 +163,11 @@ class TestResult:
     warnings: tuple[str, ...]
     figures_with_effects: Mapping[str, Mapping[float, float]] = field(default_factory=dict)
     """Width, loss and lost motion with lasting effects in them; empty where there are none."""
+    identification: Identification | None = None
+    sensitivity: Mapping[str, Sensitivity] = field(default_factory=dict)
+    """What each parameter and figure rests on, by parameter's name and figure's key."""
+    other_tooth_angle: OtherToothAngle | None = None
+    """None where the tooth angle is declared."""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from hdprog.config import Drive
+from hdprog.inference.identification import identification
 from hdprog.inference.posterior import Posterior
+from hdprog.inference.power_scaling import loop_sensitivities
+from hdprog.inference.tooth_angle import assumed, with_other_tooth_angle
 from hdprog.physics.figures import FigureRequest, Operation, standard_requests
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.results import LEVELS, LoopFit, ParameterSummary, TestResult
@@ -79,8 +82,15 @@ def summarise(
     test_id : name of the test
     meta : service_hours, date, note, event; each may be missing
     """
-    fit = loop_fit(posterior)
+    fit, drive = loop_fit(posterior), posterior.drive
     standard = fit.residual / fit.noise
+    parameters = parameter_summaries(posterior)
+    figures = {key: by_level(values) for key, values in posterior.figures(requests).items()}
+    by_parameter, by_figure = loop_sensitivities(posterior, requests)
+    other = None
+    if assumed(drive.alpha, drive.alpha_declared):
+        quantiles = {name: found.quantiles for name, found in parameters.items()}
+        other = with_other_tooth_angle(posterior, requests, quantiles, figures)
     hours = meta.get("service_hours")
     return TestResult(
         test_id=test_id,
@@ -89,11 +99,11 @@ def summarise(
         note=_text(meta.get("note")),
         event=_text(meta.get("event")),
         loop=posterior.loop,
-        drive=posterior.drive,
+        drive=drive,
         prior_name=posterior.prior.name,
         converged=posterior.converged,
-        parameters=parameter_summaries(posterior),
-        figures={key: by_level(values) for key, values in posterior.figures(requests).items()},
+        parameters=parameters,
+        figures=figures,
         figures_with_effects={
             key: by_level(values) for key, values in posterior.figures_with_effects().items()
         },
@@ -106,6 +116,9 @@ def summarise(
         noise_model=posterior.likelihood.noise.words,
         diagnostics=dict(posterior.sampling),
         warnings=posterior.warnings,
+        identification=identification(posterior),
+        sensitivity=by_parameter | by_figure,
+        other_tooth_angle=other,
     )
 
 

@@ -15,7 +15,15 @@ from hdprog.reporting.figures.loops_overlay import loops_overlay
 from hdprog.reporting.figures.remaining_life import remaining_life
 from hdprog.reporting.figures.trend_fan import trend_fan
 from hdprog.reporting.rounding import plain
-from hdprog.reporting.sections import effects, facts, method, provenance, tests, warnings
+from hdprog.reporting.sections import (
+    effects,
+    facts,
+    method,
+    provenance,
+    rests_on,
+    tests,
+    warnings,
+)
 from hdprog.reporting.sections import remaining_life as life
 from hdprog.reporting.style import Picture, house_style
 from hdprog.reporting.verdict import verdict
@@ -69,6 +77,7 @@ def build_report(result: DriveResult, catalogue: Mapping[str, float] | None = No
             overview=tests.overview(result),
             figures=tests.figures(result, catalogue or {}),
             parameters=tests.parameters(result),
+            rests_on=rests_on.rests_on(result),
             diagnostics=tests.diagnostics(result),
             hyperparameters=None if trend is None else method.hyperparameters(trend),
             method=method.method(result),

@@ -10,13 +10,18 @@ from hdprog.physics.parameters import BY_NAME
 from hdprog.reporting.drive_name import drive_name
 from hdprog.reporting.outlook import next_test_hours
 from hdprog.reporting.verdict import verdict
+from hdprog.reporting.weak_words import weak_words
 from hdprog.reporting.words import FIRST_LIMIT, keyboard_signs, quantity
 from hdprog.results import (
     LEVELS,
+    Combination,
     DriveResult,
     Forecast,
+    Identification,
+    OtherToothAngle,
     ParameterSummary,
     Provenance,
+    Sensitivity,
     TestResult,
     TrendSummary,
 )
@@ -120,7 +125,45 @@ def _test(test: TestResult) -> dict[str, Any]:
         "prior": test.prior_name,
         "samples": len(test.loop),
         "diagnostics": {name: number(value) for name, value in test.diagnostics.items()},
-        "warnings": list(test.warnings),
+        "identification": _identification(test.identification),
+        "sensitivity": {name: _sensitivity(found) for name, found in test.sensitivity.items()},
+        "other_tooth_angle": _other_tooth_angle(test.other_tooth_angle),
+        "warnings": [*test.warnings, *weak_words(test)],
+    }
+
+
+def _identification(state: Identification | None) -> dict[str, Any] | None:
+    if state is None:
+        return None
+    return {
+        "largest_torque_Nm": number(state.largest_torque),
+        "probability_T_i_beyond_record": number(state.beyond_record),
+        "one_spring": state.one_spring,
+        "combined_stiffness_Nm_per_rad": _combination(state.combined_stiffness),
+        "no_load_friction_Nm": _combination(state.no_load_friction),
+    }
+
+
+def _combination(found: Combination) -> dict[str, float | None]:
+    return {**quantiles(found.quantiles), "contraction": number(found.contraction)}
+
+
+def _sensitivity(found: Sensitivity) -> dict[str, Any]:
+    return {
+        "prior": number(found.prior),
+        "record": number(found.record),
+        "rests_on": found.diagnosis,
+        "shift_from_prior": number(found.shift),
+    }
+
+
+def _other_tooth_angle(other: OtherToothAngle | None) -> dict[str, Any] | None:
+    if other is None:
+        return None
+    return {
+        "alpha_deg": number(round(math.degrees(other.alpha), 9)),
+        "parameters": {name: quantiles(levels) for name, levels in other.parameters.items()},
+        "figures": {key: quantiles(levels) for key, levels in other.figures.items()},
     }
 
 
@@ -130,6 +173,7 @@ def _trend(trend: TrendSummary) -> dict[str, Any]:
         "converged": trend.converged,
         "hyperparameters": {n: quantiles(v) for n, v in trend.hyperparameters.items()},
         "carried_by_prior": list(trend.carried_by_prior),
+        "followed_effects": list(trend.followed),
         "figures": {
             key: {
                 "hours": _numbers(figure.hours),

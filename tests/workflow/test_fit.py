@@ -150,7 +150,8 @@ def test_the_summary_holds_what_is_agreed(written: Path, outcome: Outcome) -> No
     # The rig reads an angle to 1e-5 rad and a torque to 0.1 Nm, which is 1e-6 rad.
     assert 0.8e-5 < test["noise_floor_rad"] < 1.4e-5
     assert test["noise_floor_rad"] < 1.2 * test["rmse_rad"] < 2 * test["noise_floor_rad"]
-    assert test["warnings"] == []
+    # Nothing but what the record leaves open: the drive is not loaded to its preload torque.
+    assert [text.partition(",")[0] for text in test["warnings"]] == ["Of the parameters"]
     assert summary["provenance"]["command"] == "hdprog fit t05.csv"
 
 
@@ -251,7 +252,8 @@ def test_what_is_not_declared_is_said(tmp_path: Path) -> None:
         assert words in said, words
     assert outcome.tests[0].prior_name == "generic"
     outcome.write(tmp_path / "out")
-    assert summary_of(tmp_path / "out")["tests"][0]["warnings"] == list(outcome.tests[0].warnings)
+    written = summary_of(tmp_path / "out")["tests"][0]["warnings"]
+    assert written[: len(outcome.tests[0].warnings)] == list(outcome.tests[0].warnings)
     page = Page((tmp_path / "out" / "report.html").read_text("utf-8")).text
     assert "log-sd of 1.5" in page
     assert "rated torque is not given" in page

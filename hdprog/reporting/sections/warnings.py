@@ -7,6 +7,7 @@ from hdprog.reporting.effect_words import found_words
 from hdprog.reporting.figures.loop_panel import structure_remains
 from hdprog.reporting.fit_names import explanations, named_warnings
 from hdprog.reporting.rounding import hours
+from hdprog.reporting.weak_words import OF_PARAMETERS, weak_words
 from hdprog.reporting.words import listed
 from hdprog.results import DriveResult
 
@@ -39,9 +40,11 @@ def warnings(result: DriveResult) -> list[str]:
                 "figures and forecast may be biased. The intervals are widened by the correlated "
                 "noise model; look at the residual strip for its shape."
             )
+        own += weak_words(test)
         for text in dict.fromkeys(own):
             by_text.setdefault(text, []).append(test.test_id)
-    for text, tests in by_text.items():
+    # What is for the reader of parameters comes after what is for everybody.
+    for text, tests in sorted(by_text.items(), key=lambda item: item[0].startswith(OF_PARAMETERS)):
         if len(result.tests) == 1:
             found.append(text)
         elif len(tests) == len(result.tests):
