@@ -17,7 +17,7 @@ import numpy as np
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.prepare import noise_about
 from hdprog.inference.smooth_term import SmoothTerm
-from hdprog.inference.starting_points import StartingPoint, descend_all
+from hdprog.inference.starting_points import StartingPoint, descend, descend_all
 from hdprog.physics.parameters import FloatArray
 
 CORRELATED_PENALTY = 4.6
@@ -71,6 +71,19 @@ class Model:
     def misfit(self) -> float:
         """Sum of squares of the residual over its white noise as declared."""
         return float(np.sum((self.residual / self.likelihood.noise.white_sd) ** 2))
+
+    @cached_property
+    def least_misfit(self) -> float:
+        """The misfit beside white noise, where nothing is left to the noise that can be fitted.
+
+        Beside correlated noise a fit stays away from what that noise takes over.
+        """
+        noise = self.likelihood.noise
+        if noise.whitening is None or noise.term is not None:
+            return self.misfit
+        white = replace(self.likelihood, noise=noise.as_white)
+        found = descend(white, self.start.point)
+        return self.misfit if found is None else min(self.misfit, Model(white, (found,)).misfit)
 
 
 def log_evidence(likelihood: LoopLikelihood, start: StartingPoint) -> float:

@@ -29,10 +29,13 @@ TIME_THRESHOLD = 14.0
 """The same for a term over time or order, which correlated noise looks like."""
 FURTHER_SHARE = 0.06
 """Share of the explained error that a second or later mechanism must carry."""
+CLEARING_SHARE = 0.02
+"""The same for one that clears up what the others left: to less than a quarter of it."""
 UNKNOWN_SHARE = 0.08
 """Share of the explained error that an empirical term must carry beside mechanisms."""
 NAMED_SHARE = 0.75
 """Share of the explainable error below which mechanisms give way to an empirical term."""
+_CLEARED = 0.25
 _MOST_EFFECTS = 4
 _MOST_STEPS = 7
 _LIKE_NOISE = ("time", "order")
@@ -178,8 +181,23 @@ def pooled(gains: Sequence[float]) -> float:
 
 def share(bases: Sequence[Model], before: Sequence[Model], after: Sequence[Model]) -> float:
     """Share of the error explained by `after` that it explains and `before` does not."""
-    base, first, second = (sum(model.misfit for model in many) for many in (bases, before, after))
-    return float(np.clip((first - second) / (base - second), -1.0, 1.0)) if base > second else 0.0
+    return _share(*(sum(model.misfit for model in many) for many in (bases, before, after)))
+
+
+def _share(base: float, before: float, after: float) -> float:
+    return float(np.clip((before - after) / (base - after), -1.0, 1.0)) if base > after else 0.0
+
+
+def _carries(bases: Sequence[Model], before: Sequence[Model], after: Sequence[Model]) -> bool:
+    """Whether what `after` has over `before` is more than the leftover of another shape.
+
+    Misfits beside white noise: what correlated noise takes over would count for the first effect.
+    """
+    base, left, right = (
+        sum(model.least_misfit for model in many) for many in (bases, before, after)
+    )
+    wanted = CLEARING_SHARE if right < _CLEARED * left else FURTHER_SHARE
+    return _share(base, left, right) >= wanted
 
 
 def _step(
@@ -231,7 +249,7 @@ def _choose(steps: Sequence[Step], bases: Sequence[Model], *, further: bool) -> 
     }
     best = max(sorted(gains), key=lambda name: gains[name])
     before, after = [step.before for step in steps], [_joined(step, best) for step in steps]
-    if gains[best] < THRESHOLD or (further and share(bases, before, after) < FURTHER_SHARE):
+    if gains[best] < THRESHOLD or (further and not _carries(bases, before, after)):
         return None
     return best
 
@@ -251,7 +269,7 @@ def _checked_back(
         lost = pooled(
             [one.log_evidence - two.log_evidence for one, two in zip(models, fewer, strict=True)]
         )
-        if lost < THRESHOLD or share(bases, fewer, models) < FURTHER_SHARE:
+        if lost < THRESHOLD or not _carries(bases, fewer, models):
             models, taken = fewer, [one for one in taken if one != name]
     return models, taken
 
