@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from hdprog.backtesting import backtest as backtest
     from hdprog.config import Drive as Drive
     from hdprog.config import read_drive as read_drive
     from hdprog.data.loop import Loop as Loop
@@ -24,6 +25,7 @@ __version__ = "0.1.0"
 _HOMES = {
     "Drive": "hdprog.config",
     "Loop": "hdprog.data.loop",
+    "backtest": "hdprog.backtesting",
     "explain": "hdprog.workflow",
     "fit": "hdprog.workflow",
     "predict": "hdprog.physics.drive_model",
@@ -42,6 +44,7 @@ __all__ = [  # noqa: RUF022 - in the order of use
     "fit",
     "explain",
     "run",
+    "backtest",
 ]
 
 

@@ -98,7 +98,10 @@ def test_the_drives_file_decides() -> None:
 
 @pytest.mark.parametrize(
     ("model", "said"),
-    [(None, "No model and no prior are declared"), ("UNKNOWN-1", "No prior is known for model UNKNOWN-1")],
+    [
+        (None, "No model and no prior are declared"),
+        ("UNKNOWN-1", "No prior is known for model UNKNOWN-1"),
+    ],
 )
 def test_what_is_not_known_is_said(model: str | None, said: str) -> None:
     prior, remark = prior_of_drive(Drive(model=model), SCALES)

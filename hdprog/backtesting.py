@@ -1,0 +1,264 @@
+"""Backtest: how good a drive's forecasts would have been, from every earlier test."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hdprog import __version__
+from hdprog.atomic import atomic_directory
+from hdprog.data.drive_folder import DriveFolder, read_drive_folder, read_test_loop
+from hdprog.data.loop import Loop
+from hdprog.data.truth_file import Truth, read_truth
+from hdprog.errors import BadInputError
+from hdprog.forecast.backtest import score_origin
+from hdprog.forecast.backtest_pool import BacktestResult, DriveScores
+from hdprog.forecast.crossing import require_horizon_ahead
+from hdprog.forecast.what_came import seen_test
+from hdprog.inference.fit_loop import FULL, QUICK, SamplingPlan
+from hdprog.inference.posterior import Posterior
+from hdprog.inference.prior_file import prior_of_drive
+from hdprog.inference.priors import Prior, RecordScales
+from hdprog.parallel import hold_blas_to_one_thread, process_executor
+from hdprog.results import Provenance
+from hdprog.tests_of_drive import fit_tests
+from hdprog.trend.loop_evidence import FittedLoop
+from hdprog.trend.wear_clock import hours_by_load
+from hdprog.trend.wear_prior import read_wear_prior
+
+Progress = Callable[[str, int, int], None]
+_PACKAGES = ("numpy", "scipy", "emcee")
+
+
+@dataclass(frozen=True)
+class Backtest:
+    """What a backtest hands back: scores, and files to write."""
+
+    result: BacktestResult
+
+    @property
+    def converged(self) -> bool:
+        """Whether every fit and every trend converged."""
+        return self.result.converged
+
+    @property
+    def sentence(self) -> str:
+        """The outcome in plain words."""
+        from hdprog.reporting.backtest_words import headline
+
+        said = [" ".join(headline(self.result))]
+        said += [f"Left out: {name}: {reason}" for name, reason in self.result.left_out]
+        return "\n".join(said)
+
+    def document(self) -> dict[str, Any]:
+        """Content of backtest.json (schema hdprog.backtest/1)."""
+        from hdprog.reporting.backtest_json import backtest_json
+
+        return backtest_json(self.result)
+
+    def write(self, out: str | Path, command: str = "Python API") -> None:
+        """Write backtest.json and report.html, whole or not at all."""
+        from hdprog.reporting.backtest import build_backtest_report
+
+        provenance = replace(self.result.provenance, command=command)
+        stamped = replace(self, result=replace(self.result, provenance=provenance))
+        text = json.dumps(stamped.document(), indent=1, allow_nan=False)
+        report = build_backtest_report(stamped.result)
+        with atomic_directory(Path(out)) as folder:
+            (folder / "backtest.json").write_text(text + "\n", "utf-8")
+            (folder / "report.html").write_text(report, "utf-8")
+
+
+def backtest(
+    path: str | Path,
+    *,
+    seed: int = 0,
+    quick: bool = False,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Backtest:
+    """Forecast from every earlier test of a drive, or of each of a fleet, and score it.
+
+    Every loop is fitted once with the drive model alone, as `run(explain=False)` does: effects
+    found by pooling the tests would let an early forecast know of later ones. From each test but
+    the last the trend is fitted to the tests up to there.
+
+    Parameters
+    ----------
+    path : a drive folder, or a folder with drive folders below it
+    seed : of everything random; the result does not depend on the number of workers
+    quick : fewer draws, marked as such
+    workers : processes; one a core if None
+    progress : called with stage, done, total
+
+    Raises
+    ------
+    BadInputError
+        for a drive folder that cannot be used, or where none below a folder can
+    """
+    path, started = Path(path), time.perf_counter()
+    hold_blas_to_one_thread()
+    read: list[_ReadDrive] = []
+    left_out: list[tuple[str, str]] = []
+    folders = _drive_folders(path)
+    for folder in folders:
+        try:
+            read.append(_read(folder, folder.relative_to(path).as_posix()))
+        except (BadInputError, OSError) as error:
+            if folders == [path]:
+                raise
+            left_out.append((folder.relative_to(path).as_posix(), str(error)))
+    if not read:
+        raise BadInputError(
+            "no drive that can be backtested",
+            str(path),
+            "at least one drive folder with limits and two tests",
+            " ".join(f"{name}: {reason}" for name, reason in left_out),
+        )
+    seconds = {"reading": time.perf_counter() - started}
+    drives = []
+    for number, one in enumerate(read):
+        heading = "" if len(read) == 1 else f"{one.name}: "
+        drives.append(_backtest(one, [seed, number], quick, workers, _named(progress, heading)))
+    seconds["fits and forecasts"] = time.perf_counter() - started - seconds["reading"]
+    provenance = Provenance(
+        hdprog_version=__version__,
+        seed=seed,
+        quick=quick,
+        command="Python API",
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        versions={name: version(name) for name in _PACKAGES},
+        files={loop.source: loop.sha256 for one in read for loop in one.loops},
+    )
+    return Backtest(
+        BacktestResult(path.resolve().name, tuple(drives), tuple(left_out), provenance, seconds)
+    )
+
+
+@dataclass(frozen=True)
+class _ReadDrive:
+    name: str
+    folder: DriveFolder
+    loops: list[Loop]
+    prior: Prior
+    remark: str | None
+    truth: Truth | None
+
+
+def _drive_folders(path: Path) -> list[Path]:
+    """The drive folder itself, or all below a folder."""
+    if (path / "drive.toml").is_file() or not path.is_dir():
+        return [path]
+    found = sorted(file.parent for file in path.rglob("drive.toml"))
+    if not found:
+        raise BadInputError(
+            "no drive.toml in it or below it",
+            str(path),
+            "a drive folder, or a folder with drive folders below it",
+            "Give the path of a folder with drive.toml and tests.csv in it.",
+        )
+    return found
+
+
+def _read(path: Path, name: str) -> _ReadDrive:
+    """Read a drive whole, so that what cannot be used is known before the first fit."""
+    folder = read_drive_folder(path)
+    if not folder.drive.limits:
+        raise BadInputError(
+            "no limit",
+            str(path / "drive.toml"),
+            "at least one [[limits]] to forecast",
+            "Add a limit on one of the figures of merit.",
+        )
+    if len({test.service_hours for test in folder.tests}) < 2:
+        raise BadInputError(
+            "one service hour",
+            str(path / "tests.csv"),
+            "tests at two or more service hours: one to forecast from, one to compare with",
+            "Come back after the next test.",
+        )
+    require_horizon_ahead(folder.tests[-1].service_hours, folder.drive.forecast.horizon_hours)
+    loops = [read_test_loop(folder, test) for test in folder.tests]
+    prior, remark = prior_of_drive(folder.drive, RecordScales.of(loops[0].torque, loops[0].angle))
+    truth = read_truth(path / "truth.json", folder.drive)
+    return _ReadDrive(name, folder, loops, prior, remark, truth)
+
+
+def _named(progress: Progress | None, heading: str) -> Progress | None:
+    if progress is None or not heading:
+        return progress
+    return lambda stage, done, total: progress(heading + stage, done, total)
+
+
+def _backtest(
+    read: _ReadDrive,
+    entropy: Sequence[int],
+    quick: bool,
+    workers: int | None,
+    progress: Progress | None,
+) -> DriveScores:
+    """Fit the loops of a drive once, then forecast from each test but the last."""
+    folder, drive, prior, count = read.folder, read.folder.drive, read.prior, len(read.loops)
+    seeds = np.random.SeedSequence(list(entropy)).spawn(2 * count)
+    plan: SamplingPlan = QUICK if quick else FULL
+    fitted = fit_tests(
+        folder, read.loops, prior, seeds[:count], plan, workers=workers, progress=progress
+    )
+    posteriors = [one.posterior for one in fitted]
+    operation = posteriors[0].operation
+    evidence = _evidence(folder, posteriors)
+    seen = [
+        seen_test(test.test_id, one, drive.limits, prior, operation)
+        for test, one in zip(folder.tests, evidence, strict=True)
+    ]
+    wear_prior, origins = read_wear_prior(), []
+    # A test at the hours of the last one has nothing after it.
+    known = [n for n in range(1, count) if seen[n - 1].service_hours < seen[-1].service_hours]
+    with process_executor(workers) as executor:
+        spread = map if executor is None else executor.map
+        same = [[one] * len(known) for one in (seen, drive, prior, wear_prior, operation)]
+        for done in spread(
+            score_origin,
+            [_known(folder, evidence, number) for number in known],
+            *same,
+            [read.truth] * len(known),
+            [seeds[count + number] for number in known],
+            [quick] * len(known),
+        ):
+            origins.append(done)
+            if progress is not None:
+                progress("forecasts", len(origins), len(known))
+    unfitted = tuple(one.result.test_id for one in fitted if not one.result.converged)
+    name = folder.path.resolve().name if read.name == "." else read.name
+    said = () if read.remark is None else (read.remark,)
+    horizon = drive.forecast.horizon_hours
+    return DriveScores(drive.id, name, count, horizon, unfitted, tuple(origins), said)
+
+
+def _evidence(folder: DriveFolder, posteriors: Sequence[Posterior]) -> list[FittedLoop]:
+    return [
+        FittedLoop.of(posterior, test.service_hours, test.event, test.temperature_C)
+        for test, posterior in zip(folder.tests, posteriors, strict=True)
+    ]
+
+
+def _known(folder: DriveFolder, evidence: Sequence[FittedLoop], count: int) -> list[FittedLoop]:
+    """Evidence of the first tests, its hours by load counted from these tests alone."""
+    tests = folder.tests[:count]
+    by_load = hours_by_load(
+        [test.service_hours for test in tests],
+        [test.mean_torque_Nm for test in tests],
+        [test.mean_speed_rpm for test in tests],
+    )
+    return [
+        replace(one, load_hours=load)
+        for one, load in zip(evidence, by_load or [None] * count, strict=False)
+    ]

@@ -1,0 +1,110 @@
+"""What came after an earlier test: later tests' figures, and the crossing of each limit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdprog.config import Limit
+from hdprog.data.truth_file import Truth
+from hdprog.forecast.limits import request_of
+from hdprog.inference.priors import Prior
+from hdprog.physics.figures import Operation
+from hdprog.physics.parameters import FloatArray
+from hdprog.trend.evidence import LoopEvidence
+from hdprog.trend.summary import own_figures
+
+
+@dataclass(frozen=True)
+class SeenTest:
+    """What a test showed of the limited figures.
+
+    Attributes
+    ----------
+    test_id, service_hours, event : of the test
+    figures : (draws,) of the test's own posterior by the limit's key
+    """
+
+    test_id: str
+    service_hours: float
+    event: str | None
+    figures: Mapping[str, FloatArray]
+
+    def median(self, key: str) -> float:
+        """Median of a figure."""
+        return float(np.median(self.figures[key]))
+
+
+def seen_test(
+    test_id: str,
+    test: LoopEvidence,
+    limits: Sequence[Limit],
+    prior: Prior,
+    operation: Operation,
+) -> SeenTest:
+    """Limited figures of a test from its own posterior."""
+    figures = {
+        limit.key: own_figures(test, request_of(limit), prior, operation) for limit in limits
+    }
+    return SeenTest(test_id, test.service_hours, test.event, figures)
+
+
+def until_intervention(tests: Sequence[SeenTest]) -> tuple[SeenTest, ...]:
+    """Tests up to the first with an event, which no earlier forecast knows of."""
+    for number, test in enumerate(tests):
+        if test.event is not None:
+            return tuple(tests[:number])
+    return tuple(tests)
+
+
+def first_passing(hours: Sequence[float], values: Sequence[float], limit: Limit) -> float:
+    """Hour at which straight lines between points first pass a limit; infinite if they do not."""
+    sign = 1.0 if limit.direction == "above" else -1.0
+    room = sign * (limit.threshold - np.asarray(values, dtype=float))
+    if room[0] <= 0:
+        return float(hours[0])
+    for index in range(1, room.size):
+        if room[index] <= 0:
+            share = room[index - 1] / (room[index - 1] - room[index])
+            return float(hours[index - 1] + share * (hours[index] - hours[index - 1]))
+    return math.inf
+
+
+def straight_line(hours: Sequence[float], values: Sequence[float], at: float) -> float:
+    """Least-squares line through points, read at an hour; the mean where all hours are equal."""
+    if len(set(hours)) < 2:
+        return float(np.mean(values))
+    slope, level = np.polyfit(np.asarray(hours), np.asarray(values), 1)
+    return float(level + slope * at)
+
+
+def what_came(
+    limit: Limit,
+    origin: SeenTest,
+    later: Sequence[SeenTest],
+    truth: Truth | None,
+    horizon: float,
+) -> tuple[float, float, bool]:
+    """What came of a limit after an origin.
+
+    Parameters
+    ----------
+    limit : which
+    origin, later : the last test known, and those after it
+    truth : of a simulated drive, used for the limits that it holds
+    horizon : of the forecast in service hours
+
+    Returns
+    -------
+    service hours until which something was seen, those of the crossing (infinite if it was not
+    seen), and whether this is the truth
+    """
+    if truth is not None and limit in truth.crossings:
+        end, crossed_at = min(truth.known_until, horizon), truth.crossings[limit]
+        return end, crossed_at if crossed_at < end else math.inf, True
+    course = [origin, *later]
+    hours = [test.service_hours for test in course]
+    return hours[-1], first_passing(hours, [t.median(limit.key) for t in course], limit), False

@@ -1,0 +1,159 @@
+"""The report of a backtest: one self-contained HTML page."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hdprog.config import Drive
+from hdprog.forecast.backtest import INTERVALS
+from hdprog.forecast.backtest_pool import (
+    FEW,
+    BacktestResult,
+    DriveScores,
+    crossing_courses,
+    crossing_coverage,
+    distinct_crossings,
+    figure_coverage,
+)
+from hdprog.reporting.backtest_words import crossings, figures, verdict
+from hdprog.reporting.build import _environment
+from hdprog.reporting.figures.backtest_accuracy import accuracy
+from hdprog.reporting.figures.backtest_coverage import CoverageRow, coverage
+from hdprog.reporting.figures.backtest_intervals import forecast_intervals
+from hdprog.reporting.figures.backtest_transforms import transforms
+from hdprog.reporting.sections import backtest as tables
+from hdprog.reporting.sections import provenance
+from hdprog.reporting.sections.table import Table
+from hdprog.reporting.style import Picture, house_style
+from hdprog.reporting.words import counted
+from hdprog.results import DriveResult
+
+_DRAWN = 12
+"""Drives whose forecasts are drawn one by one, so that the file stays small."""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page; pictures with a heading of their own, or none."""
+
+    id: str
+    title: str
+    paragraphs: tuple[str, ...]
+    pictures: tuple[tuple[str, Picture], ...]
+    tables: tuple[Table, ...]
+
+
+def build_backtest_report(result: BacktestResult) -> str:
+    """Report of a backtest as HTML, without anything to fetch and without scripts."""
+    said = verdict(result)
+    with house_style():
+        sections = [_forecasts(result), _honesty(result), _accuracy(result), _later(result)]
+    fleet = len(result.drives) > 1
+    name = result.name if fleet else result.drives[0].drive_id
+    own = [] if name == result.drives[0].name else [result.drives[0].name]
+    parts = [
+        *([counted(len(result.drives), "drive")] if fleet else own),
+        counted(sum(drive.tests for drive in result.drives), "test"),
+        f"report of {result.provenance.created[:10]}",
+    ]
+    return (
+        _environment()
+        .get_template("backtest.html")
+        .render(
+            title=f"{name} \u2013 {said.label} \u2013 hdprog backtest",
+            name=name,
+            subtitle=" · ".join(parts),
+            verdict=said,
+            warnings=tables.warnings(result),
+            sections=sections,
+            method=tables.method(result),
+            provenance=provenance.provenance(_made(result)),
+        )
+    )
+
+
+def _made(result: BacktestResult) -> DriveResult:
+    """The run alone, as the section on provenance takes it."""
+    return DriveResult(
+        drive=Drive.default(),
+        tests=(),
+        trend=None,
+        forecasts=(),
+        warnings=(),
+        provenance=result.provenance,
+        seconds=result.seconds,
+    )
+
+
+def _forecasts(result: BacktestResult) -> Section:
+    """Every forecast against what came later."""
+    fleet = len(result.drives) > 1
+    drawn = sorted(result.drives, key=_missed, reverse=True)[:_DRAWN]
+    pictures = [
+        (drive.name if fleet else "", found)
+        for drive in result.drives
+        if drive in drawn and (found := forecast_intervals(drive)) is not None
+    ]
+    said = [tables.what_came(result)]
+    if len(result.drives) > _DRAWN:
+        said.append(
+            f"Drawn are the {_DRAWN} drives whose forecasts missed most; backtest.json has all."
+        )
+    below = [tables.by_drive(result)] if fleet else []
+    if crossings(result.drives):
+        below.append(tables.by_known(result))
+    return Section(
+        "forecasts", "Forecasts against what came later", tuple(said), tuple(pictures), tuple(below)
+    )
+
+
+def _missed(drive: DriveScores) -> int:
+    return sum(not score.held[0.9] for score in drive.crossings)
+
+
+def _honesty(result: BacktestResult) -> Section:
+    """Whether intervals held as often as they should, and where what came fell in them."""
+    scores, nearest = crossings(result.drives), figures(result.drives, ahead=1)
+    many = distinct_crossings(result.drives) >= FEW
+    rows = [
+        CoverageRow(name, found, judged)
+        for level in INTERVALS
+        for name, found, judged in (
+            ("crossings", crossing_coverage(scores, level), many),
+            ("next test's figures", figure_coverage(nearest, level), len(nearest) >= FEW),
+            ("all later tests'", figure_coverage(figures(result.drives), level), False),
+        )
+        if found is not None
+    ]
+    pictures = [coverage(rows)] if rows else []
+    hits = [[score.transform for score in group] for group in (scores, nearest)]
+    if any(hits):
+        pictures.append(transforms(hits[0], hits[1], distinct_crossings(result.drives)))
+    return Section(
+        "honesty",
+        "Did intervals hold as often as they should?",
+        (),
+        tuple(("", one) for one in pictures),
+        (tables.coverages(rows),) if rows else (),
+    )
+
+
+def _accuracy(result: BacktestResult) -> Section:
+    """How near the forecasts came, from test to test."""
+    courses = crossing_courses(result.drives)
+    found = accuracy(courses)
+    if found is None:
+        said = ("No crossing was seen, so that there is no remaining life to compare with.",)
+        return Section("accuracy", "How near, how early?", said, (), ())
+    return Section(
+        "accuracy", "How near, how early?", (), (("", found),), (tables.accuracies(courses),)
+    )
+
+
+def _later(result: BacktestResult) -> Section:
+    """How well the figures of later tests were predicted."""
+    scores = figures(result.drives)
+    if not scores:
+        said = ("There is no later test to predict.",)
+        return Section("later", "Figures of later tests", said, (), ())
+    return Section("later", "Figures of later tests", (), (), (tables.skills(scores),))

@@ -1,0 +1,183 @@
+"""Forecasts from earlier tests, scored by what came later."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from hdprog.config import Drive, ForecastSettings, Limit
+from hdprog.data.truth_file import Truth
+from hdprog.forecast.backtest import CrossingScore, OriginScores, score_crossing, score_origin
+from hdprog.forecast.backtest_pool import (
+    DriveScores,
+    crossing_courses,
+    crossing_coverage,
+    distinct_crossings,
+    figure_skills,
+    lateness,
+)
+from hdprog.forecast.crossing import Crossing
+from hdprog.forecast.what_came import (
+    SeenTest,
+    first_passing,
+    seen_test,
+    straight_line,
+    until_intervention,
+    what_came,
+)
+from hdprog.physics.figures import Operation
+from hdprog.trend.wear_prior import read_wear_prior
+from tests.trend.stand_in import ALPHA, PRIOR, wearing_drive
+
+OPERATION = Operation(ALPHA, 63.0, 63.0)
+LOST = Limit("lost_motion_arcmin", 2.0, "above")
+SECANT = Limit("secant_stiffness_Nm_per_rad", 12_000.0, "below", 14.0)
+# F rises evenly from 0 at 100 h to 0.8 at 900 h.
+HOURS = np.linspace(100.0, 900.0, 81)
+EVEN = Crossing(HOURS, (HOURS - 100.0) / 1000.0, already=False)
+
+
+def a_test(name: str, hours: float, lost_motion: float, event: str | None = None) -> SeenTest:
+    return SeenTest(name, hours, event, {LOST.key: np.array([lost_motion])})
+
+
+def score(crossed_at: float, seen_until: float = 900.0) -> CrossingScore:
+    return score_crossing(LOST, EVEN, crossed_at, seen_until, False, 0.5, 900.0)
+
+
+def test_lines_between_tests_tell_the_crossing() -> None:
+    hours = [100.0, 200.0, 400.0]
+    assert first_passing(hours, [1.0, 1.5, 2.5], LOST) == pytest.approx(300.0)
+    assert first_passing(hours, [1.0, 1.5, 1.9], LOST) == math.inf
+    assert first_passing(hours, [2.0, 1.0, 1.0], LOST) == 100.0
+    # Past the limit for one test only: the first passing counts, whatever comes then.
+    assert first_passing(hours, [1.0, 3.0, 1.0], LOST) == pytest.approx(150.0)
+    assert first_passing(hours, [20e3, 16e3, 8e3], SECANT) == pytest.approx(300.0)
+
+
+def test_the_straight_line() -> None:
+    assert straight_line([0.0, 100.0], [1.0, 2.0], 300.0) == pytest.approx(4.0)
+    assert straight_line([50.0], [1.5], 300.0) == 1.5
+
+
+def test_what_is_done_to_the_drive_later_ends_what_is_scored() -> None:
+    tests = [a_test("b", 200, 1.0), a_test("c", 300, 9.0, "regreased"), a_test("d", 400, 9.0)]
+    assert [test.test_id for test in until_intervention(tests)] == ["b"]
+
+
+def test_the_truth_wins_where_it_is_known() -> None:
+    origin, later = a_test("a", 100, 1.0), [a_test("b", 300, 3.0)]
+    assert what_came(LOST, origin, later, None, 900.0) == (300.0, 200.0, False)
+    truth = Truth({LOST: 700.0}, 800.0)
+    assert what_came(LOST, origin, later, truth, 900.0) == (800.0, 700.0, True)
+    # A crossing behind the horizon was not seen.
+    assert what_came(LOST, origin, later, truth, 600.0) == (600.0, math.inf, True)
+    assert what_came(LOST, origin, later, Truth({SECANT: 700.0}, 800.0), 900.0)[2] is False
+
+
+def test_scores_of_a_crossing_by_hand() -> None:
+    found = score(400.0)
+    assert found.quantiles[0.5] == pytest.approx(600.0)
+    assert found.quantiles[0.95] is None  # past the horizon
+    assert found.held == {0.5: True, 0.9: True}
+    assert found.own_probability[0.5] == pytest.approx(0.5)
+    assert found.own_probability[0.9] == pytest.approx(0.95)  # its late end is open
+    assert found.transform == pytest.approx(0.3)
+    assert found.log_score == pytest.approx(math.log(1000.0))
+    # ∫ F² up to 400 h and ∫ (1 − F)² from there, F in thousandths of hours.
+    assert found.crps_hours == pytest.approx(1000 * (0.3**3 + 0.7**3 - 0.2**3) / 3)
+    assert found.late_hours == pytest.approx(200.0)
+    assert found.accuracy == pytest.approx(1 - 200 / 300)
+    assert found.within_alpha == pytest.approx(0.12)  # from 340 to 460 h
+
+
+def test_a_limit_not_passed_is_scored_up_to_the_last_test_only() -> None:
+    found = score(math.inf, seen_until=500.0)
+    assert not found.crossing_seen
+    assert found.crossed_by_then == pytest.approx(0.4)
+    assert found.crps_hours == pytest.approx(1000 * 0.4**3 / 3)
+    assert found.log_score == pytest.approx(-math.log(0.6))
+    assert found.transform == pytest.approx(0.7)
+    assert found.held == {0.5: True, 0.9: True}
+    assert found.own_probability[0.5] == pytest.approx(0.75)
+    assert (found.late_hours, found.accuracy, found.within_alpha) == (None, None, None)
+    assert found.quantiles[0.75] == pytest.approx(850.0)  # as forecast, not as cut
+
+
+def drive_of(*crossed: float) -> DriveScores:
+    origins = [
+        OriginScores(f"t{n}", 100.0, 3, True, (score(at),), (), ()) for n, at in enumerate(crossed)
+    ]
+    return DriveScores("d", "d", len(crossed) + 1, 900.0, (), tuple(origins))
+
+
+def test_pooled_scores() -> None:
+    drive = drive_of(400.0, 300.0, 110.0)
+    found = crossing_coverage(drive.crossings, 0.9)
+    assert found is not None
+    assert (found.held, found.count) == (2, 3)
+    assert found.expected == pytest.approx(0.95)
+    assert crossing_coverage([], 0.9) is None
+    # Errors of 600 h over remaining lives of 300, 200 and 10 h: 200/300, 300/200, 490/10.
+    assert lateness([drive]) == pytest.approx(1.5)
+    assert lateness([drive], known=4) is None
+    assert distinct_crossings([drive, drive]) == 2
+    (course,) = crossing_courses([drive])
+    assert course.prognostic_horizon is None
+    assert course.accuracy == pytest.approx(np.mean([1 / 3, -0.5, -48.0]))
+
+
+@pytest.fixture(scope="module")
+def origin() -> OriginScores:
+    """From the fourth of seven tests; the sixth stands out by a mounting of its own."""
+    rng = np.random.default_rng(5)
+    hours = np.array([0, 500, 1000, 1500, 2000, 2500, 3000], dtype=float)
+    tests = wearing_drive(rng, (hours / 4000.0) ** 0.9, hours)
+    drive = Drive(limits=(SECANT, LOST), forecast=ForecastSettings(10_000.0))
+    seen = [
+        seen_test(f"t{n}", test, drive.limits, PRIOR, OPERATION) for n, test in enumerate(tests, 1)
+    ]
+    truth = Truth({SECANT: 4000.0}, 10_000.0)
+    seed = np.random.SeedSequence(3)
+    wear = read_wear_prior()
+    return score_origin(tests[:4], seen, drive, PRIOR, wear, OPERATION, truth, seed, quick=True)
+
+
+def test_an_origin_forecasts_limits_and_later_tests(origin: OriginScores) -> None:
+    assert (origin.test_id, origin.service_hours, origin.known) == ("t4", 1500.0, 4)
+    by_limit = {found.limit: found for found in origin.crossings}
+    secant, lost = by_limit[SECANT], by_limit[LOST]
+    assert (secant.crossed_at, secant.seen_until, secant.from_truth) == (4000.0, 10_000.0, True)
+    assert not lost.from_truth
+    assert lost.seen_until == 3000.0
+    # The wear is the model's own; 90 % intervals miss in one seed of ten.
+    assert secant.held[0.9]
+    median = secant.quantiles[0.5]
+    assert median is not None
+    assert 2000.0 < median < 10_000.0
+    for found in origin.figures:
+        assert found.ahead == {2000.0: 1, 2500.0: 2, 3000.0: 3}[found.service_hours]
+        assert found.quantiles[0.05] < found.quantiles[0.5] < found.quantiles[0.95]
+        assert found.crps > 0
+        assert 0 <= found.transform <= 1
+    assert len(origin.figures) == 6
+    # All six outside: 1 in 10 to the number of independent ones, three at least by the mountings.
+    assert sum(found.held[0.9] for found in origin.figures) >= 3
+    assert {skill.key for skill in figure_skills(origin.figures)} == {SECANT.key, LOST.key}
+
+
+def test_spread_of_the_mounting_and_of_the_test_is_in_the_prediction(origin: OriginScores) -> None:
+    """Remounting scatters the stiffness by about 1 %; the state alone is known far better."""
+    nearest = next(found for found in origin.figures if found.key == SECANT.key)
+    width = nearest.quantiles[0.95] - nearest.quantiles[0.05]
+    assert width > 0.01 * nearest.measured
+
+
+def test_a_crossing_behind_the_origin_is_not_forecast() -> None:
+    early = dataclasses.replace(LOST, threshold=0.9)
+    tests = [a_test("a", 100, 1.0), a_test("b", 300, 3.0)]
+    end, crossed_at, _ = what_came(early, tests[0], tests[1:], None, 900.0)
+    assert (end, crossed_at) == (300.0, 100.0)

@@ -1,0 +1,118 @@
+"""What a backtest's report says, of forecasts that are made up."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from hdprog.config import Limit
+from hdprog.forecast.backtest import FigureScore, OriginScores, score_crossing
+from hdprog.forecast.backtest_pool import BacktestResult, DriveScores
+from hdprog.forecast.crossing import Crossing
+from hdprog.reporting.backtest import build_backtest_report
+from hdprog.reporting.backtest_json import backtest_json
+from hdprog.reporting.backtest_words import late_words, verdict
+from hdprog.results import Provenance
+from tests.reporting.page import Page, spaced
+
+LOST = Limit("lost_motion_arcmin", 2.0, "above")
+MADE = Provenance("0", 0, False, "hdprog backtest x", "2026-01-01T00:00:00+00:00", {}, {})
+
+
+def origin(name: str, now: float, crossed_at: float, *, converged: bool = True) -> OriginScores:
+    """Forecast a crossing evenly between 400 and 600 h after now."""
+    hours = np.array([now, now + 400.0, now + 600.0, 5000.0])
+    crossing = Crossing(hours, np.array([0.0, 0.0, 1.0, 1.0]), already=False)
+    score = score_crossing(LOST, crossing, crossed_at, 5000.0, True, 0.5, 5000.0)
+    levels = {0.05: 0.9, 0.25: 1.0, 0.5: 1.1, 0.75: 1.2, 0.95: 1.3}
+    held = {0.5: True, 0.9: True}
+    next_test = FigureScore(LOST.key, "next", now + 50, 1, 1.1, levels, held, 0.02, 0.5, 0.04)
+    return OriginScores(name, now, 3, converged, (score,), (), (next_test,))
+
+
+def drive(name: str, crossed_at: float, **options: bool) -> DriveScores:
+    return DriveScores(name, name, 2, 5000.0, (), (origin("t01", 0.0, crossed_at, **options),))
+
+
+def result(*drives: DriveScores) -> BacktestResult:
+    return BacktestResult("fleet", drives, (), MADE, {})
+
+
+def words(*drives: DriveScores) -> str:
+    return spaced(verdict(result(*drives)).text)
+
+
+def test_three_forecasts_get_no_verdict() -> None:
+    found = result(*(drive(f"d{n}", 500.0) for n in range(3)))
+    assert verdict(found).label == "Too few forecasts for a verdict"
+    text = words(*found.drives)
+    # Clopper-Pearson of 3 of 3: 0.025^(1/3) = 29 %.
+    assert "Of 3 forecasts of 3 crossings, 3 held the crossing in their 90 % interval" in text
+    assert "100 % (29 to 100 %) by count, where 90 % should" in text
+    assert "3 limits are too few for a verdict" in text
+    assert "Typically the even odds came on time." in text
+
+
+@pytest.mark.parametrize(
+    ("crossed_at", "label", "late"),
+    [
+        (1000.0, "Intervals too narrow", "50 % of the remaining life early"),
+        (500.0, "Held as often as they should", "on time"),
+    ],
+)
+def test_many_drives_get_a_verdict(crossed_at: float, label: str, late: str) -> None:
+    found = result(*(drive(f"d{n}", crossed_at) for n in range(12)))
+    assert verdict(found).label == label
+    assert late in words(*found.drives)
+    assert "too few" not in words(*found.drives)
+
+
+def test_what_did_not_converge_comes_first() -> None:
+    found = verdict(result(drive("d1", 500.0, converged=False)))
+    assert found.provisional
+    assert found.label.endswith("provisional")
+    assert found.sentences[0].startswith("Not converged: the trend up to t01.")
+
+
+def test_lateness_in_words() -> None:
+    assert [spaced(late_words(late)) for late in (0.12, -0.03, math.inf, 0.001, None)] == [
+        "12 % late",
+        "3 % early",
+        "past the horizon",
+        "on time",
+        "\u2013",
+    ]
+
+
+def test_the_report_draws_hits_and_misses() -> None:
+    found = result(drive("d1", 500.0), drive("d2", 900.0), drive("d3", math.inf))
+    page = Page(build_backtest_report(found))
+    assert page.faults == []
+    alts = [spaced(picture["alt"] or "") for picture in page.pictures]
+    assert alts[:3] == [
+        "1 forecast of d1: all hold what came later in their 90 % interval.",
+        "1 forecast of d2: 1 misses what came later, 1 of them too early and 0 too late.",
+        "1 forecast of d3: 1 misses what came later, 1 of them too early and 0 too late.",
+    ]
+    assert len(alts) == 6
+    assert "1 of 2 forecasts put more than even odds within 20 %" in alts[5]
+    assert len(page.captions) == 6
+    # A crossing that the horizon cut off counts against the interval that ended before it.
+    assert "1 held what came (for 1 that the limit was not passed)" in page.text
+
+
+def test_the_json_is_strict_and_whole() -> None:
+    found = backtest_json(result(drive("d1", 500.0), drive("d3", math.inf)))
+    again = json.loads(json.dumps(found, allow_nan=False))
+    pooled = again["pooled"]["crossings"]
+    assert (pooled["forecasts"], pooled["distinct"], pooled["crossing_seen"]) == (2, 2, 1)
+    wide = pooled["coverage"][1]
+    assert (wide["nominal"], wide["held"], wide["forecasts"]) == (0.9, 1, 2)
+    assert wide["expected_share"] == pytest.approx(0.9)
+    assert again["pooled"]["next_tests"]["figures"][0]["ratio"] == pytest.approx(0.5)
+    forecast = again["drives"][1]["origins"][0]["forecasts"][0]
+    assert forecast["crossed_at_hours"] is None
+    assert forecast["forecast_hours"]["q50"] == pytest.approx(500.0)
