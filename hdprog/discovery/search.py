@@ -27,7 +27,7 @@ TERM_THRESHOLD = 5.0
 """Log evidence that an empirical term must gain."""
 TIME_THRESHOLD = 14.0
 """The same for a term over time or order, which correlated noise looks like."""
-FURTHER_SHARE = 0.06
+FURTHER_SHARE = 0.10
 """Share of the explained error that a second or later mechanism must carry."""
 CLEARING_SHARE = 0.02
 """The same for one that clears up what the others left: to less than a quarter of it."""

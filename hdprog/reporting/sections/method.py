@@ -28,7 +28,7 @@ _EFFECTS = (
     "Each candidate is tested by the gain of log evidence of a full refit from several starting "
     "points, the noise (white, or white plus Ornstein-Uhlenbeck) refitted each time; the model "
     "without it is refitted from where it led. An effect is added where it gains more than 5, a "
-    "second one where it also carries 6 % of the explained error (2 % where it clears up most of "
+    "second one where it also carries 10 % of the explained error (2 % where it clears up most of "
     "what was left); after each the earlier ones are "
     "checked again. How often that goes wrong is measured on simulated loops. What no mechanism "
     "carries becomes an empirical smooth curve over the coordinate that carries it; it is called "
