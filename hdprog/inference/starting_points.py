@@ -120,7 +120,8 @@ def descend_all(
         reached = reached.reshape(tried.shape[:2])
         best = np.argmin(reached, axis=1)
         each = np.arange(len(here))
-        gained = deviance[running] - reached[each, best]
+        with np.errstate(invalid="ignore"):  # a start outside the support that stays there
+            gained = deviance[running] - reached[each, best]
         better = gained > 0
         points[running[better]] = tried[each, best][better]
         deviance[running[better]] = reached[each, best][better]
