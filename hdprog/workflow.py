@@ -158,7 +158,7 @@ def explain(
         traced = trace([prepared], [entropy], spread=spread, inner=spread)[0]
         if progress is not None:
             progress("sampling", 0, 1)
-        posteriors = sample_both(traced, rng, plan=plan, plan_before=plan, spread=spread)
+        posteriors = sample_both(traced, rng, plan=plan, plan_before=QUICK, spread=spread)
     closed = explain_loop(traced, posteriors, rng, test_id=_stem(loop))
     requests = figure_requests(drive, prepared.operation)
     result = DriveResult(

@@ -56,7 +56,7 @@ class SamplingPlan:
     warm_up_steps: tuple[int, ...] = (350, 60, 90)
     components: tuple[int, ...] = (3, 6, 8)
     first_steps: int = 300
-    most_steps: int = 12_000
+    most_steps: int = 10_000
     refits: int = 4
     stored_steps: int = 125
 
