@@ -103,7 +103,7 @@ def _clipping(loop: Loop) -> Iterator[str]:
     fewest = max(5, len(loop) // 500)
     # Within one step of the torque's resolution the angle may go on and come back unseen.
     unseen = (0.005 + (quantisation_step(torque) or 0.0) / float(np.ptp(torque))) * np.ptp(angle)
-    unseen += 6.0 * noise_sd(angle)
+    unseen += 6.0 * noise_sd(angle, loop.time)
     for name, extreme in (("largest", torque.max()), ("smallest", torque.min())):
         at_extreme = np.flatnonzero(torque == extreme)
         runs = np.split(at_extreme, np.flatnonzero(np.diff(at_extreme) > 1) + 1)
@@ -144,7 +144,7 @@ def _noise_vanishes(torque: NDArray[np.float64], run: NDArray[np.intp]) -> bool:
 def _gaps(loop: Loop) -> Iterator[str]:
     steps = np.abs(np.diff(loop.torque))
     span = float(np.ptp(loop.torque))
-    usual = max(20.0 * float(np.median(steps)), 8.0 * noise_sd(loop.torque), 0.05 * span)
+    usual = max(20.0 * float(np.median(steps)), 8.0 * noise_sd(loop.torque, loop.time), 0.05 * span)
     jumps = np.flatnonzero(steps > usual)
     # A spike jumps out and back; what stays away is a gap.
     lasting = [

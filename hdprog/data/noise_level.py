@@ -12,6 +12,8 @@ __all__ = ["channel_noise", "noise_sd", "quantisation_step"]
 _SD_PER_MEDIAN = 1.482602218505602  # of |x| for a normal x: 1 / Φ⁻¹(3/4)
 _LONGEST_WINDOW = 51
 _FEWEST_MOVES = 100
+_SEEN = 0.1  # of the noise: jitter that moves samples by less need not be looked at
+_MOST_WINDOWS = 5_000  # the median of so many distances is known to 2 %
 
 
 def quantisation_step(values: NDArray[np.float64]) -> float | None:
@@ -59,16 +61,20 @@ def _moves_like_quantised(moves: NDArray[np.float64]) -> bool:
     return moving.size >= _FEWEST_MOVES and bool(switches >= 0.1 * moving.size)
 
 
-def noise_sd(values: NDArray[np.float64]) -> float:
+def noise_sd(values: NDArray[np.float64], time: NDArray[np.float64] | None = None) -> float:
     """Estimate the standard deviation of a channel's noise about its own smooth course.
 
     The course is a cubic fitted to a short sliding window (Savitzky-Golay); the median of the
-    distances from it is not moved by reversals, jumps or isolated spikes.
+    distances from it is not moved by reversals, jumps or isolated spikes. Samples at uneven times
+    lie on no smooth course over their index, so that the course over time is tried as well: the
+    smaller distance holds, as stamps can be wrong where the sampling was even.
 
     Parameters
     ----------
     values : ndarray, shape (n,)
         One channel in the order of recording.
+    time : ndarray, shape (n,), or None
+        Increasing times of the samples, in any unit.
 
     Returns
     -------
@@ -85,17 +91,63 @@ def noise_sd(values: NDArray[np.float64]) -> float:
     weights[window // 2] += 1.0
     # Distances of white noise from the fit are smaller than the noise by this factor.
     shrink = math.sqrt(float(weights @ weights))
-    distances = np.abs(np.convolve(values, weights, mode="valid"))
-    return float(np.median(distances)) * _SD_PER_MEDIAN / shrink
+    distances = np.abs(np.convolve(values, weights, mode="valid")) / shrink
+    noise = float(np.median(distances)) * _SD_PER_MEDIAN
+    if time is not None and _blurred(values, time, window) > _SEEN * noise:
+        over_time = _distances_over_time(values, time, window)
+        return min(noise, float(np.median(over_time)) * _SD_PER_MEDIAN)
+    return noise
 
 
-def channel_noise(values: NDArray[np.float64]) -> float:
+def _blurred(values: NDArray[np.float64], time: NDArray[np.float64], window: int) -> float:
+    """How far uneven sampling moves a channel's samples from its course over their index."""
+    intervals = np.diff(time)
+    jitter = np.median(np.abs(np.diff(intervals))) / np.median(intervals)
+    return float(jitter * np.median(np.abs(values[window:] - values[:-window]))) / window
+
+
+def _distances_over_time(
+    values: NDArray[np.float64], time: NDArray[np.float64], window: int
+) -> NDArray[np.float64]:
+    """Distances of samples from the cubic over time of their window, in units of their noise.
+
+    Parameters
+    ----------
+    values, time : ndarray, shape (n,)
+        A channel and the times of its samples.
+    window : int
+        Odd number of samples of a window, at least 5.
+
+    Returns
+    -------
+    ndarray, shape (windows,)
+        Sizes, divided by what the fit leaves of white noise of variance 1.
+    """
+    last = values.size - window
+    first = np.unique(np.linspace(0, last, min(last + 1, _MOST_WINDOWS)).astype(np.intp))
+    at = first[:, None] + np.arange(window)
+    middle = window // 2
+    offset = time[at] - time[at[:, [middle]]]
+    offset /= np.maximum(np.abs(offset).max(axis=1, keepdims=True), np.finfo(float).tiny)
+    powers = offset[:, :, None] ** np.arange(4)
+    basis = np.linalg.qr(powers)[0]
+    # Row of the projection on what the cubic leaves; its squared norm is the variance left.
+    weights = -np.einsum("wij,wj->wi", basis, basis[:, middle])
+    weights[:, middle] += 1.0
+    left = np.sqrt(np.maximum(np.einsum("wi,wi->w", weights, weights), 1e-12))
+    shifted = values[at] - values[at[:, [middle]]]
+    return np.asarray(np.abs(np.einsum("wi,wi->w", weights, shifted)) / left)
+
+
+def channel_noise(values: NDArray[np.float64], time: NDArray[np.float64] | None = None) -> float:
     """Return the standard deviation of a channel's error, of noise and quantisation together.
 
     Parameters
     ----------
     values : ndarray, shape (n,)
         One channel in the order of recording.
+    time : ndarray, shape (n,), or None
+        Increasing times of the samples, where they are known.
 
     Returns
     -------
@@ -103,4 +155,4 @@ def channel_noise(values: NDArray[np.float64]) -> float:
         In the channel's unit. A step q adds q/√12 where the noise does not already show it.
     """
     step = quantisation_step(values)
-    return max(noise_sd(values), (step or 0.0) / math.sqrt(12.0))
+    return max(noise_sd(values, time), (step or 0.0) / math.sqrt(12.0))

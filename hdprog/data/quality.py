@@ -97,7 +97,7 @@ def assess(
         unloading.
     """
     torque = loop.torque
-    turns = turning_points(torque)
+    turns = turning_points(torque, time=loop.time)
     require_usable(loop, turns)
     travel = np.abs(np.diff(torque[turns]))
     low, high = float(torque.min()), float(torque.max())
@@ -128,8 +128,8 @@ def assess(
         temperature_max=None if temperature is None else float(temperature.max()),
         torque_step=quantisation_step(torque),
         angle_step=quantisation_step(loop.angle),
-        torque_noise=channel_noise(torque),
-        angle_noise=channel_noise(loop.angle),
+        torque_noise=channel_noise(torque, loop.time),
+        angle_noise=channel_noise(loop.angle, loop.time),
         warnings=tuple(dict.fromkeys((*loop.warnings, *found))),
     )
 

@@ -20,11 +20,16 @@ from hdprog.physics.parameters import FloatArray
 from hdprog.physics.torque_path import TorquePath
 
 MAX_BLOCKS = 300
+_ENOUGH_BLOCKS = (400, 600)  # at least, at most
+_BLOCKS_A_STRETCH = 75  # a stretch has its own corners to resolve
+FINE = 24
+"""Points of a block along which a model's bend inside it is averaged."""
 _NARROW = 0.06  # of the largest torque: the reach of the shorter blocks around zero
 _DENSER = 4.0
 _TRAVEL_SHARE = (
     0.7  # the rest of a block's length is counted in readings, so that holds have blocks
 )
+_DETAIL_SHARE = 0.7  # of the blocks, once it is known where detail is wanted
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,23 @@ class ReducedLoop:
     count: FloatArray
     position: FloatArray
     block_of: NDArray[np.intp]
+
+    @property
+    def inside(self) -> TorquePath:
+        """Path through `FINE` torques of each block, even, with the block's mean and variance."""
+        path = self.course.path
+        if path.variance is None:
+            return path
+        spread = np.sqrt(12 * path.variance) * path.direction
+        at = (np.arange(FINE) + 0.5) / FINE - 0.5
+        # So many points in a row have a variance that is smaller by this factor than a ramp's.
+        at /= np.sqrt(1 - 1 / FINE**2)
+        return replace(
+            path,
+            torque=(path.torque[:, None] + spread[:, None] * at).ravel(),
+            starts=path.starts * FINE,
+            variance=None,
+        )
 
     @property
     def path(self) -> TorquePath:
@@ -107,7 +129,10 @@ def _corner(near: FloatArray, noise: float) -> float:
 
 
 def _block_starts(
-    torque: FloatArray, turning_points: NDArray[np.intp], blocks: int
+    torque: FloatArray,
+    turning_points: NDArray[np.intp],
+    blocks: int,
+    detail: FloatArray | None,
 ) -> NDArray[np.intp]:
     """Index of each block's first reading; a stretch's first block starts behind its reversal."""
     n = torque.size
@@ -125,10 +150,19 @@ def _block_starts(
         travel = np.maximum.accumulate(rising) - rising[0]
         share = _TRAVEL_SHARE * travel / travel_total
         share += (1 - _TRAVEL_SHARE) * np.arange(stretch.size) / n
+        if detail is not None:
+            gathered = np.cumsum(detail[first : last + 1]) - detail[first]
+            share = (1 - _DETAIL_SHARE) * share + _DETAIL_SHARE * gathered
         pieces = max(2, round(blocks * float(share[-1])))
         edges = np.searchsorted(share, np.linspace(0, share[-1], pieces, endpoint=False))
         starts.append(np.unique(edges) + first)
     return np.unique(np.concatenate(starts))
+
+
+def enough_blocks(turning_points: NDArray[np.intp]) -> int:
+    """Blocks that give the posterior of the readings, for a record that turns at these indices."""
+    least, most = _ENOUGH_BLOCKS
+    return min(max(least, _BLOCKS_A_STRETCH * (turning_points.size - 1)), most)
 
 
 def reduce_loop(
@@ -138,6 +172,7 @@ def reduce_loop(
     kept: NDArray[np.bool_] | None = None,
     max_blocks: int = MAX_BLOCKS,
     whole: Course | None = None,
+    detail: FloatArray | None = None,
 ) -> ReducedLoop:
     """Reduce a record to at most about `max_blocks` blocks; a short one keeps every reading.
 
@@ -149,12 +184,17 @@ def reduce_loop(
     kept : (samples,) False for readings to set aside as outliers
     max_blocks : aim for the number of blocks
     whole : course over all readings, where it is known already
+    detail : (samples,) share of most of the blocks that each reading is to have, 1 in sum; evenly
+        in torque and readings if None
     """
     whole = whole_course(loop, turning_points, torque_noise) if whole is None else whole
     torque, angle = loop.torque, loop.angle
     n = torque.size
     kept = np.ones(n, dtype=bool) if kept is None else kept
-    starts = np.arange(n) if n <= max_blocks else _block_starts(torque, turning_points, max_blocks)
+    if n <= max_blocks:
+        starts = np.arange(n)
+    else:
+        starts = _block_starts(torque, turning_points, max_blocks, detail)
     block_of = np.repeat(np.arange(starts.size), np.diff(np.append(starts, n)))
     count = np.bincount(block_of, weights=kept.astype(float), minlength=starts.size)
     full = count > 0

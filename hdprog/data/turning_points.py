@@ -14,16 +14,20 @@ _SHARE_OF_SPAN = 0.01
 _LONGEST_HALF_WINDOW = 25
 
 
-def smallest_swing(torque: NDArray[np.float64]) -> float:
+def smallest_swing(torque: NDArray[np.float64], time: NDArray[np.float64] | None = None) -> float:
     """Return the change of torque [Nm] that counts as a swing and not as noise.
 
     Eight standard deviations of the torque's noise (quantisation included) and at least 1 % of
-    the torque's span.
+    the torque's span. Times of the samples, where known, tell uneven sampling from noise.
     """
-    return max(_NOISE_SDS * channel_noise(torque), _SHARE_OF_SPAN * float(np.ptp(torque)))
+    return max(_NOISE_SDS * channel_noise(torque, time), _SHARE_OF_SPAN * float(np.ptp(torque)))
 
 
-def turning_points(torque: NDArray[np.float64], min_swing: float | None = None) -> NDArray[np.intp]:
+def turning_points(
+    torque: NDArray[np.float64],
+    min_swing: float | None = None,
+    time: NDArray[np.float64] | None = None,
+) -> NDArray[np.intp]:
     """Find the samples at which the torque turns.
 
     Parameters
@@ -32,6 +36,8 @@ def turning_points(torque: NDArray[np.float64], min_swing: float | None = None) 
         Torque [Nm] in the order of recording, n ≥ 1.
     min_swing : float or None
         Smallest change of torque [Nm] that counts as a swing; None takes `smallest_swing`.
+    time : ndarray, shape (n,), or None
+        Increasing times of the samples, where they are known.
 
     Returns
     -------
@@ -45,7 +51,7 @@ def turning_points(torque: NDArray[np.float64], min_swing: float | None = None) 
     last = torque.size - 1
     if last < 1:
         return np.zeros(min(torque.size, 1), dtype=np.intp)
-    swing = smallest_swing(torque) if min_swing is None else float(min_swing)
+    swing = smallest_swing(torque, time) if min_swing is None else float(min_swing)
     clean = _without_spikes(torque, swing)
     half = _half_window(clean)
     means = _moving_mean(clean, half)

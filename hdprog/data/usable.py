@@ -50,7 +50,7 @@ def require_usable(loop: Loop, turns: NDArray[np.intp]) -> None:
                 "Check that the right column is read, with --columns, and that its sensor is on.",
             )
     low, high = float(loop.torque.min()), float(loop.torque.max())
-    if high - low < smallest_swing(loop.torque):
+    if high - low < smallest_swing(loop.torque, loop.time):
         raise BadInputError(
             f"a torque that stays between {low:.4g} and {high:.4g} Nm and changes no more than "
             "its noise",

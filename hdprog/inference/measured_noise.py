@@ -1,23 +1,16 @@
-"""Noise of a record's readings and spikes in it, found from the record itself."""
+"""Noise of a record's readings, found from the record itself."""
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from hdprog.config import NoiseResolution
 from hdprog.data.loop import Loop
-from hdprog.data.noise_level import channel_noise, noise_sd
+from hdprog.data.noise_level import channel_noise
 from hdprog.data.reduce import ReducedLoop
 from hdprog.physics.parameters import FloatArray
 
-_SPIKE = 6.0  # noise standard deviations: a Gaussian reading in 5e8 is that far out
-_MOST_SPIKES = 0.10
-_NEIGHBOURS = 11
-_LONGEST = 2  # readings in a row that are still an isolated error
 _ROUNDING = 1e-9  # of the span: a simulated record without noise still has rounding
 
 
@@ -30,7 +23,8 @@ def reading_noise(loop: Loop, resolution: NoiseResolution) -> tuple[float, float
     -------
     torque noise in Nm, angle noise in rad
     """
-    torque, angle = channel_noise(loop.torque), channel_noise(loop.angle)
+    torque = channel_noise(loop.torque, loop.time)
+    angle = channel_noise(loop.angle, loop.time)
     if resolution.torque_Nm is not None:
         torque = max(torque, resolution.torque_Nm / np.sqrt(12))
     if resolution.angle_rad is not None:
@@ -50,7 +44,12 @@ def block_noise(
     ----------
     slope : (blocks,) dΔθ/dT in rad/Nm
     """
-    return np.sqrt((angle_noise**2 + (slope * torque_noise) ** 2) / reduced.count)
+    return reading_sd(slope, torque_noise, angle_noise) / np.sqrt(reduced.count)
+
+
+def reading_sd(slope: FloatArray, torque_noise: float, angle_noise: float) -> FloatArray:
+    """Standard deviation of single readings' angles in rad, where dΔθ/dT is `slope` (...)."""
+    return np.asarray(np.hypot(angle_noise, slope * torque_noise))
 
 
 def local_slope(torque: FloatArray, angle: FloatArray) -> FloatArray:
@@ -61,20 +60,3 @@ def local_slope(torque: FloatArray, angle: FloatArray) -> FloatArray:
     steep = rise / np.maximum(run, 1e-3 * np.ptp(torque) / torque.size)
     # At a reversal both neighbours lie on the same side: the slope there is a guess at best.
     return np.asarray(median_filter(np.clip(steep, 0.1 * overall, 10 * overall), size=5))
-
-
-def spikes(residual: FloatArray) -> NDArray[np.bool_]:
-    """Isolated spikes in a residual (samples,): far outside what their neighbours show.
-
-    None are named where more than a tenth of the readings stand out, nor where more than two in a
-    row do: that is no isolated error but part of the record's course.
-    """
-    standing_out = residual - median_filter(residual, size=_NEIGHBOURS)
-    noise = noise_sd(residual)
-    if noise == 0.0:
-        return np.zeros(residual.size, dtype=bool)
-    found = np.abs(standing_out) > _SPIKE * noise
-    for start, end in pairwise(np.flatnonzero(np.diff(found, prepend=False, append=False))):
-        if found[start] and end - start > _LONGEST:
-            found[start:end] = False
-    return found if found.mean() <= _MOST_SPIKES else np.zeros(residual.size, dtype=bool)

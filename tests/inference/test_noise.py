@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from hdprog.inference.measured_noise import spikes
 from hdprog.inference.noise import FALSE_ALARM_RATE, DecayingNoise, NoiseModel, fit_noise
 
 BLOCKS = 150
@@ -74,15 +73,3 @@ def test_banded_solution_is_the_dense_one(ratio: float) -> None:
     wanted = np.linalg.solve(dense, columns)
     np.testing.assert_allclose(banded.solve(columns), wanted, atol=1e-8 * np.abs(wanted).max())
     assert banded.log_det == pytest.approx(np.linalg.slogdet(dense)[1], abs=1e-6)
-
-
-@pytest.mark.parametrize("share", [0.0, 0.02])
-def test_spikes_are_named_and_nothing_else(share: float) -> None:
-    rng = np.random.default_rng(4)
-    series = 1e-5 * rng.standard_normal(5000)
-    series += 3e-5 * np.sin(np.arange(5000) / 200)
-    planted = rng.random(5000) < share
-    series[planted] += 3e-4 * rng.choice([-1, 1], planted.sum())
-    found = spikes(series)
-    assert not (found & ~planted).any()
-    assert (found == planted).mean() > 0.999

@@ -1,0 +1,59 @@
+"""Readings that are wrong beyond doubt are levelled before a model is fitted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hdprog.data.gross_errors import levelled
+from hdprog.data.loop import Loop
+from hdprog.data.turning_points import turning_points
+
+
+def triangle(samples: int, noise: float) -> Loop:
+    """Two cycles to 50 Nm, sampled evenly, with noise of both channels in units of a step."""
+    rng = np.random.default_rng(3)
+    at = np.linspace(0, 8, samples)
+    torque = 50 * np.interp(at, np.arange(9), [0, 1, 0, -1, 0, 1, 0, -1, 0])
+    step = float(np.median(np.abs(np.diff(torque))))
+    angle = torque / 10_000 + 1e-3 * np.tanh(torque / 5)
+    torque = torque + noise * step * rng.standard_normal(samples)
+    return Loop(
+        torque=torque,
+        angle=angle + noise * step / 10_000 * rng.standard_normal(samples),
+        time=np.arange(samples, dtype=float),
+    )
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.3, 3.0])
+@pytest.mark.parametrize("samples", [80, 400, 4000])
+def test_a_sound_record_is_left_alone(samples: int, noise: float) -> None:
+    loop = triangle(samples, noise)
+    same, wrong = levelled(loop)
+    assert same is loop
+    assert not wrong.any()
+
+
+@pytest.mark.parametrize("channel", ["torque", "angle"])
+@pytest.mark.parametrize("where", [[0], [399], [100], [50, 51], [51, 200, 290, 291, 350]])
+def test_wrong_readings_are_drawn_straight(channel: str, where: list[int]) -> None:
+    loop = triangle(400, 0.3)
+    values = getattr(loop, channel).copy()
+    span = np.ptp(values)
+    values[where] += 3 * span
+
+    same, wrong = levelled(replace(loop, **{channel: values}))
+    assert np.flatnonzero(wrong).tolist() == where
+    assert np.abs(getattr(same, channel) - getattr(loop, channel)).max() < 0.05 * span
+    turns = turning_points(same.torque, time=same.time)
+    assert np.abs(turns - turning_points(loop.torque, time=loop.time)).max() <= 2
+
+
+def test_a_record_full_of_jumps_is_left_alone() -> None:
+    rng = np.random.default_rng(4)
+    loop = triangle(400, 0.1)
+
+    jumpy = replace(loop, torque=loop.torque + 100 * (rng.random(400) < 0.3))
+    assert levelled(jumpy)[0] is jumpy
