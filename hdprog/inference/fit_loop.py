@@ -53,9 +53,9 @@ class SamplingPlan:
     """
 
     required_ess: float = 1000.0
-    warm_up_steps: tuple[int, ...] = (350, 60, 90)
+    warm_up_steps: tuple[int, ...] = (150, 50, 60)
     components: tuple[int, ...] = (3, 6, 8)
-    first_steps: int = 300
+    first_steps: int = 200
     most_steps: int = 10_000
     refits: int = 4
     stored_steps: int = 125

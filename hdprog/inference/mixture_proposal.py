@@ -17,8 +17,10 @@ from scipy.special import logsumexp
 from hdprog.physics.parameters import FloatArray
 
 _ITERATIONS = 40
-_WIDE_WEIGHT = 0.05  # of a wide component, so that the proposal's tails reach beyond the target's
-_WIDE_SCALE = 2.0
+# Of a wide component: walkers stay where the target has more than the proposal, so its tails must
+# reach further. Rarely and far (0.05 and 2) held walkers up twice as long.
+_WIDE_WEIGHT = 0.15
+_WIDE_SCALE = 1.5
 _RIDGE = 1e-6
 
 
