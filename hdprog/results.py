@@ -230,6 +230,20 @@ class Forecast:
 
 
 @dataclass(frozen=True)
+class LoadScenario:
+    """What the forecasts would be under another load from now on.
+
+    Attributes
+    ----------
+    load : torque to come over the torque so far
+    forecasts : of the same limits, from the same draws of the trend
+    """
+
+    load: float
+    forecasts: tuple[Forecast, ...]
+
+
+@dataclass(frozen=True)
 class Provenance:
     """How a result came about."""
 
@@ -246,6 +260,7 @@ class Provenance:
 class DriveResult:
     """Everything about a drive: its tests, trend and forecasts (empty for a single fit).
 
+    `forecasts` take the load to stay as it was, `scenarios` (where asked for) take it to change.
     `explanation` is None where effects were not looked for.
     """
 
@@ -257,6 +272,7 @@ class DriveResult:
     provenance: Provenance
     seconds: Mapping[str, float] = field(default_factory=dict)
     explanation: Explanation | DriveExplanation | None = None
+    scenarios: tuple[LoadScenario, ...] = ()
 
     @property
     def converged(self) -> bool:

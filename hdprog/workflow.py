@@ -31,11 +31,12 @@ from hdprog.outcome import ExplainOutcome, Outcome
 from hdprog.parallel import hold_blas_to_one_thread, process_executor
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.base import Effect
-from hdprog.results import DriveResult, Forecast, Provenance, TestResult, TrendSummary
+from hdprog.results import DriveResult, Forecast, LoadScenario, Provenance, TestResult, TrendSummary
 from hdprog.tests_of_drive import FittedTest, close_tests, fit_tests
 
 Progress = Callable[[str, int, int], None]
 _PARTS = 2  # of the ensembles of a single record, whatever the cores: the draws depend on it
+_LEAST_LOAD, _MOST_LOAD = 0.1, 3.0  # beyond, the makers' rule says nothing of this drive
 _PACKAGES = ("numpy", "scipy", "emcee", "arviz")
 
 
@@ -180,6 +181,7 @@ def run(
     seed: int = 0,
     quick: bool = False,
     explain: bool = True,
+    loads: Sequence[float] = (),
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Outcome:
@@ -191,16 +193,21 @@ def run(
     seed : of everything random; the result does not depend on the number of workers
     quick : fewer draws, marked as such
     explain : look for effects that the drive model lacks, and carry them where they are found
+    loads : torques to come, as multiples of the torque so far, under each of which the limits are
+        forecast too
     workers : processes; one a core if None
     progress : called with stage, done, total
 
     Raises
     ------
+    UsageError
+        for a load that cannot be
     BadInputError
         for anything in the folder that cannot be used
     """
     from hdprog.forecast.crossing import require_horizon_ahead
 
+    _require_loads(loads)
     folder = read_drive_folder(Path(path))
     require_horizon_ahead(folder.tests[-1].service_hours, folder.drive.forecast.horizon_hours)
     loops = [read_test_loop(folder, test) for test in folder.tests]
@@ -232,7 +239,8 @@ def run(
     started = time.perf_counter()
     worn = () if explanation is None else _brought_by_wear(explanation)
     compared = explanation is not None and bool(explanation.effects) and bool(folder.drive.limits)
-    looked_at = [(posteriors, worn), (before, ())] if compared else [(posteriors, worn)]
+    looked_at: list[tuple[tuple[Posterior, ...], tuple[Effect, ...], Sequence[float]]]
+    looked_at = [(posteriors, worn, loads), *([(before, (), ())] if compared else [])]
     with process_executor(workers if compared else 1) as executor:
         spread = map if executor is None else executor.map
         count = len(looked_at)
@@ -245,7 +253,7 @@ def run(
                 [quick] * count,
             )
         )
-    summary, forecasts = outlooks[0]
+    summary, forecasts, scenarios = outlooks[0]
     if explanation is not None:
         explanation = replace(
             explanation,
@@ -264,23 +272,37 @@ def run(
         provenance=_provenance(seed, quick, loops),
         seconds=seconds,
         explanation=explanation,
+        scenarios=scenarios,
     )
     return Outcome(result, posteriors, single=False)
+
+
+def _require_loads(loads: Sequence[float]) -> None:
+    wrong = [load for load in loads if not _LEAST_LOAD <= load <= _MOST_LOAD]
+    if wrong:
+        raise UsageError(
+            f"loads: found {', '.join(f'{load:g}' for load in wrong)}, expected torque to come "
+            f"over torque so far, from {_LEAST_LOAD:g} to {_MOST_LOAD:g} (0.8 is 80 %)"
+        )
 
 
 def _outlook(
     folder: DriveFolder,
     posteriors: tuple[Posterior, ...],
     lasting: tuple[Effect, ...],
+    loads: Sequence[float],
     seeds: Sequence[np.random.SeedSequence],
     quick: bool,
-) -> tuple[TrendSummary, tuple[Forecast, ...]]:
-    """Trend over the tests, with effects that wear has brought, and first crossings of limits."""
+) -> tuple[TrendSummary, tuple[Forecast, ...], tuple[LoadScenario, ...]]:
+    """Trend over the tests, with effects that wear has brought, and first crossings of limits.
+
+    The latter as things are, and under each of other loads from the same random numbers.
+    """
     from hdprog.forecast.crossing import forecast
     from hdprog.trend.followed_effects import FollowedEffects
     from hdprog.trend.loop_evidence import FittedLoop
     from hdprog.trend.trend import fit_trend
-    from hdprog.trend.wear_clock import hours_by_load
+    from hdprog.trend.wear_clock import hours_by_load, pace_of_load
     from hdprog.trend.wear_prior import read_wear_prior
 
     followed = None
@@ -311,7 +333,20 @@ def _outlook(
     rng = np.random.default_rng(seeds[-1])
     operation = posteriors[0].operation
     forecasts = forecast(trend, folder.drive, operation, rng)
-    return trend.summary(folder.drive, operation, rng), forecasts
+    scenarios = tuple(
+        LoadScenario(
+            load,
+            forecast(
+                trend,
+                folder.drive,
+                operation,
+                np.random.default_rng(seeds[-1]),
+                load_factor=pace_of_load(load),
+            ),
+        )
+        for load in loads
+    )
+    return trend.summary(folder.drive, operation, rng), forecasts, scenarios
 
 
 def _brought_by_wear(explanation: DriveExplanation) -> tuple[Effect, ...]:

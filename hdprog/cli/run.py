@@ -18,6 +18,15 @@ def run(
         bool,
         typer.Option("--no-explain", help="Leave out the search for effects that the model lacks."),
     ] = False,
+    load: Annotated[
+        list[float] | None,
+        typer.Option(
+            "--load",
+            metavar="SHARE",
+            help="Forecast also for a torque to come of this share of the torque so far (0.8 is "
+            "80 %); may be given several times.",
+        ),
+    ] = None,
     out: Out = None,
     seed: Seed = 0,
     as_json: AsJson = False,
@@ -35,6 +44,11 @@ def run(
 
     with progress(quiet=quiet) as report:
         result = workflow.run(
-            drive_dir, seed=seed, quick=quick, explain=not no_explain, progress=report
+            drive_dir,
+            seed=seed,
+            quick=quick,
+            explain=not no_explain,
+            loads=tuple(load or ()),
+            progress=report,
         )
     conclude(result, folder, command_line(ctx), as_json=as_json)

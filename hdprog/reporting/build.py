@@ -73,6 +73,7 @@ def build_report(result: DriveResult, catalogue: Mapping[str, float] | None = No
             facts=facts.facts(result),
             warnings=warnings.warnings(result),
             waiting=None if main is None else life.waiting_table(result),
+            loads=None if main is None else life.loads_table(result),
             limits=None if main is None else life.limits_table(result),
             overview=tests.overview(result),
             figures=tests.figures(result, catalogue or {}),

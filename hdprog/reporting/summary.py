@@ -52,6 +52,10 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
         "tests": [_test(test) for test in result.tests],
         "trend": None if result.trend is None else _trend(result.trend),
         "forecast": [_forecast(forecast) for forecast in result.forecasts],
+        "load_scenarios": [
+            {"load": number(one.load), "forecast": [_forecast(each) for each in one.forecasts]}
+            for one in result.scenarios
+        ],
         "warnings": list(result.warnings),
         "units": _units(result),
         "provenance": _provenance(result.provenance),

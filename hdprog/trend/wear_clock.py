@@ -49,6 +49,14 @@ def hours_by_load(
     return tuple(np.cumsum(counted) * (served.sum() / counted.sum()))
 
 
+def pace_of_load(load: float) -> float:
+    """Pace of wear under a torque that is `load` times another, over the pace under that.
+
+    The makers' rule of `hours_by_load`, speed staying as it is.
+    """
+    return load**3
+
+
 @dataclass(frozen=True)
 class ServiceClock:
     """Map from service hours to hours by load.

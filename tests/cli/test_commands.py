@@ -19,7 +19,13 @@ def test_run_says_verdict_and_where(invoke: Invoke, workflow: Workflow) -> None:
     assert shown.stderr == ""
     [(name, arguments, options)] = workflow.calls
     assert (name, arguments) == ("run", (Path("cell3-axis2"),))
-    assert options == {"seed": 7, "quick": True, "explain": True, "progress": None}
+    assert options == {
+        "seed": 7,
+        "quick": True,
+        "explain": True,
+        "loads": (),
+        "progress": None,
+    }
     [(_, command)] = workflow.outcome.written
     assert command == "hdprog run cell3-axis2 --seed 7 --quick"
 

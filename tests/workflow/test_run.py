@@ -53,7 +53,7 @@ def edit(folder: Path, old: str, new: str) -> None:
 def outcome_fixture(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
     folder = subset(tmp_path_factory.mktemp("run") / "drive", ["t01", "t05", "t10"])
     edit(folder, "horizon_hours = 20000.0", "horizon_hours = 2000.0")
-    return hdprog.run(folder, quick=True, seed=1)
+    return hdprog.run(folder, quick=True, seed=1, loads=(1.25, 0.8, 1.0))
 
 
 @pytest.fixture(name="written", scope="module")
@@ -157,6 +157,27 @@ def test_the_first_limit_comes_before_each(summary: dict[str, Any]) -> None:
         # Each leaves out the paths that are past its own limit now: rounding's worth of paths.
         alone = np.array(forecast["crossing_probability"])[:, 1]
         assert (probability >= alone - 0.005).all()
+
+
+def test_loads_to_come_move_the_crossings(summary: dict[str, Any], written: Path) -> None:
+    forecast = summary["forecast"]
+    more, less, same = summary["load_scenarios"]
+    assert [one["load"] for one in (more, less, same)] == [1.25, 0.8, 1.0]
+    assert same["forecast"] == forecast
+    for now, light, heavy in zip(forecast, less["forecast"], more["forecast"], strict=True):
+        risks = [one["probability_crossed_by_horizon"] for one in (light, now, heavy)]
+        assert risks == sorted(risks)
+        assert light["now_hours"] == now["now_hours"]
+    assert less["forecast"][-1]["inspect_before_hours"] > forecast[-1]["inspect_before_hours"]
+    text = Page((written / "report.html").read_text("utf-8")).text
+    assert "80 % of the torque so far" in text.replace("\u2009", " ")
+    assert "the cube of the torque to come" in text
+
+
+@pytest.mark.parametrize("load", [0.0, -1.0, 80.0, float("nan")])
+def test_a_load_that_cannot_be_is_refused_before_any_fit(load: float) -> None:
+    with pytest.raises(UsageError, match="torque to come over torque so far"):
+        hdprog.run(DRIVE, loads=(load,))
 
 
 def test_the_written_folder_is_whole(written: Path, outcome: Outcome) -> None:

@@ -184,7 +184,17 @@ def _forecast(result: DriveResult) -> str:
         "rounded by their uncertainty, inspection hours downwards. “Test again by” is half-way "
         "from now to the inspection; without one, as long again as the longest time between two "
         "tests. Nothing is assumed to "
-        "be done to the drive in between, and its load to stay as it was."
+        "be done to the drive in between, and its load to stay as it was"
+        f"{_loads(result)}."
+    )
+
+
+def _loads(result: DriveResult) -> str:
+    if not result.scenarios:
+        return ""
+    return (
+        "; under another load the clock of wear runs from now on with the cube of the torque to "
+        "come over the torque so far"
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hdprog.reporting import outlook
-from hdprog.reporting.rounding import hours, hours_up, interval, percent, without_unit
+from hdprog.reporting.rounding import hours, hours_up, interval, percent, share, without_unit
 from hdprog.reporting.sections.table import Cell, Row, Table, Value
 from hdprog.reporting.words import capital, quantity, with_unit
 from hdprog.results import DriveResult, Forecast
@@ -95,6 +95,36 @@ def waiting_table(result: DriveResult) -> Table | None:
     return Table.flat(
         "If nothing is done: the risk that a limit has been passed by then.",
         ("service hours", "from now", "risk", "accepted risk"),
+        rows,
+        doubtful=not result.converged,
+    )
+
+
+def loads_table(result: DriveResult) -> Table | None:
+    """When the first limit is passed under other loads. None where none was asked for."""
+    as_now = outlook.overall(result.forecasts)
+    if not result.scenarios or as_now is None:
+        return None
+    rows = []
+    for load, main in sorted(
+        [(1.0, as_now)] + [(one.load, outlook.overall(one.forecasts)) for one in result.scenarios],
+        key=lambda pair: pair[0],
+    ):
+        if main is None:
+            continue
+        name = f"{share(load)} of the torque so far" if load != 1.0 else "as so far"
+        risk = percent(main.probability_crossed_by_horizon)
+        rows.append(Row(name, (_passed(main), risk, _inspect(main))))
+    return Table.flat(
+        "If the load changes from now on: the first of all limits. Wear is taken to go with the "
+        "cube of the torque, as the makers rate life, the speed staying as it is. No test of this "
+        "drive at another load stands behind that.",
+        (
+            "torque to come",
+            "passed at: median, 90 %",
+            f"risk by {hours(as_now.horizon_hours)}",
+            "inspect before",
+        ),
         rows,
         doubtful=not result.converged,
     )
