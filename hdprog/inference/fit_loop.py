@@ -13,6 +13,7 @@ from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.inference.diagnostics import LENGTHS, Diagnostics, autocorrelation_time, diagnose
 from hdprog.inference.effect_starts import effect_starts, require, search_widely
+from hdprog.inference.effective_blocks import effective_degrees
 from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.linearised_effects import PARETO_K_LIMIT, LinearisedEffects
 from hdprog.inference.mixture_proposal import GaussianMixture, fit_mixture
@@ -27,7 +28,7 @@ from hdprog.inference.sampler import (
     initial_states,
     sample_ensembles,
 )
-from hdprog.inference.starting_points import StartingPoint
+from hdprog.inference.starting_points import StartingPoint, describe
 from hdprog.physics.effects.base import Effect
 from hdprog.physics.parameters import FloatArray
 
@@ -143,6 +144,10 @@ def sample_posterior(
     parts : into how many the ensembles are divided; the draws depend on it
     rng, plan, executor, progress : as in `fit_loop`
     """
+    degrees = effective_degrees(likelihood, starts[0])
+    if degrees < likelihood.degrees:
+        likelihood = replace(likelihood, effective=degrees)
+        starts = [describe(likelihood, start.point) for start in starts]
     linearised = LinearisedEffects.about(likelihood, starts[0]) if likelihood.effects else None
     sampled = likelihood if linearised is None else linearised.sampled
     posterior = RidgePosterior(sampled)
@@ -159,6 +164,13 @@ def sample_posterior(
         sampling["pareto_k"] = linearised.pareto_k(flat, offset, scale)
         stored = flat.reshape(*stored.shape[:3], likelihood.size)
     warnings = list(prepared.warnings)
+    if likelihood.effective is not None:
+        warnings.append(
+            f"What the fit leaves hangs together beyond its noise model: its {likelihood.blocks} "
+            f"blocks count as {likelihood.degrees + 1:.0f} independent ones, and intervals are "
+            f"{likelihood.widening:.1f} times as wide as if all were. An error of the model that "
+            "repeats is not in them."
+        )
     if not converged:
         warnings.insert(
             0,
@@ -183,7 +195,7 @@ def sample_posterior(
         likelihood=likelihood,
         chains=stored,
         offset=offset.reshape(stored.shape[:3]),
-        noise_scale=scale.reshape(stored.shape[:3]),
+        noise_scale=scale.reshape(stored.shape[:3]) / likelihood.widening,
         diagnostics=diagnostics,
         converged=converged,
         best=starts[0].point,
@@ -270,6 +282,7 @@ def _sample(
         more, _, states = advance(min(wanted - total, plan.most_steps - steps_done), mixture)
         ridge = np.concatenate([ridge, more], axis=1)
     sampling = {
+        "effective_blocks": posterior.likelihood.degrees + 1.0,
         "ensembles": float(ENSEMBLES),
         "walkers": float(WALKERS),
         "warm_up_steps": float(warm_up),

@@ -8,7 +8,8 @@ scale s² (see `noise`). With a flat prior on the offset and 1/s² on s², both 
 
     log L = −(n − 1)/2 · log Q + const,   Q = |residual|² in the whitened space without the offset
 
-(Student-t form; e.g. Gelman et al., Bayesian Data Analysis, ch. 14). They are drawn afterwards
+(Student-t form; e.g. Gelman et al., Bayesian Data Analysis, ch. 14), n − 1 being fewer where
+whitening leaves the blocks correlated (see `effective_blocks`). They are drawn afterwards
 from their exact conditional distributions. The slip y0 before the first sample is a parameter:
 the fraction q in (0, 1) of the way between the envelopes at the first torque, uniform a priori.
 """
@@ -60,6 +61,7 @@ class LoopLikelihood:
     reduced, prior, alpha, noise : the record, the prior, the gear-tooth angle, the noise
     effects : beside the drive model
     held : values of the effects where they are no part of a point
+    effective : degrees of freedom that the blocks are worth, blocks − 1 if None
     """
 
     reduced: ReducedLoop
@@ -68,6 +70,7 @@ class LoopLikelihood:
     noise: NoiseModel
     effects: tuple[Effect, ...] = ()
     held: HeldEffects | None = None
+    effective: float | None = None
 
     def at_course(self, course: Course) -> LoopLikelihood:
         """The same model along another course; only `angle` has a meaning there."""
@@ -98,6 +101,16 @@ class LoopLikelihood:
     def blocks(self) -> int:
         """Number of blocks."""
         return self.reduced.angle.size
+
+    @property
+    def degrees(self) -> float:
+        """Degrees of freedom of the noise scale."""
+        return self.blocks - 1.0 if self.effective is None else self.effective
+
+    @property
+    def widening(self) -> float:
+        """How many times as wide intervals are as if all blocks were independent."""
+        return float(np.sqrt((self.blocks - 1.0) / self.degrees))
 
     def angle(self, points: FloatArray) -> FloatArray:
         """Model angle without offset, (draws, blocks) in rad, at points (draws, size)."""
@@ -157,7 +170,7 @@ class LoopLikelihood:
         """(draws,) log L with offset and noise scale integrated out, up to a constant."""
         left = self._data - self.noise.whiten(self.angle(points))
         squares = np.einsum("ij,ij->i", left, left) - (left @ self._whitened_offset) ** 2
-        return np.asarray(-0.5 * (self.blocks - 1) * np.log(squares))
+        return np.asarray(-0.5 * self.degrees * np.log(squares))
 
     def offset(self, missing: FloatArray) -> float:
         """Best angle offset in rad, given what the model leaves (blocks,)."""
@@ -169,12 +182,14 @@ class LoopLikelihood:
     ) -> tuple[FloatArray, FloatArray]:
         """Draw angle offset and noise scale from their exact conditional distributions.
 
+        Where blocks count for fewer, the scale is `widening` times that of the noise itself.
+
         Returns
         -------
         offset in rad and noise scale s, (draws,) each
         """
         squares = np.einsum("ij,ij->i", *(2 * [self.residual(points)]))
-        scale = np.sqrt(squares / rng.chisquare(self.blocks - 1, squares.size))
+        scale = np.sqrt(squares / rng.chisquare(self.degrees, squares.size))
         missing = self.reduced.angle - self.angle(points)
         ones = self.noise.whiten(np.ones((1, self.blocks)))[0]
         precision = ones @ ones

@@ -53,7 +53,7 @@ class FittedLoop:
             likelihood, point = _with_all(likelihood, point, followed)
             found = followed.amplitudes(fitted.effect_values, len(coordinates))
             coordinates = np.concatenate([coordinates, found], axis=1)
-        variance = float(np.mean(fitted.noise_scale**2))
+        variance = float(np.mean(fitted.noise_scale**2)) * likelihood.widening**2
         return FittedLoop(
             service_hours,
             event,
