@@ -124,9 +124,12 @@ def conclude(
         if advice is not None:
             typer.echo(advice)
     if not result.converged:
+        again = "with another --seed; if that does not help, the warnings say what it may be"
+        if "--quick" in command:
+            again = "without --quick, or with another --seed"
         typer.echo(
             "Not converged: the numbers are provisional and the report is marked. Run again "
-            "without --quick, or with another --seed.",
+            f"{again}.",
             err=True,
         )
         raise typer.Exit(ExitCode.NOT_CONVERGED)

@@ -179,8 +179,8 @@ def sample_posterior(
             f"{min(diagnostics.ess_bulk.min(), diagnostics.ess_tail.min()):.0f}): its numbers "
             "are not to be relied on.",
         )
-    if likelihood.effects:
-        warnings.append(_figures_leave_out(likelihood.effects))
+    if likelihood.effects or likelihood.noise.term is not None:
+        warnings.append(_figures_leave_out(likelihood))
     if sampling.get("pareto_k", 0.0) > PARETO_K_LIMIT:
         warnings.append(
             "The effects' parameters are drawn from a model that is linear in them, and this record"
@@ -208,14 +208,16 @@ def sample_posterior(
     )
 
 
-def _figures_leave_out(effects: tuple[Effect, ...]) -> str:
-    names = [effect.id.replace("_", " ") for effect in effects]
+def _figures_leave_out(likelihood: LoopLikelihood) -> str:
+    names = [effect.id.replace("_", " ") for effect in likelihood.effects]
+    if (term := likelihood.noise.term) is not None:
+        names.append(f"the empirical curve over {term.coordinate.replace('_', ' ')}")
     listed = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
     said = (
         "The figures of merit are those of the eight parameters: what "
         f"{listed} add{'s' if len(names) == 1 else ''} to the loop is not in them."
     )
-    if any(effect.lasting and effect.static for effect in effects):
+    if any(effect.lasting and effect.static for effect in likelihood.effects):
         said += " Width, loss and lost motion with what is lasting are given beside them."
     return said
 

@@ -16,7 +16,7 @@ from hdprog.forecast.backtest_pool import (
     figure_coverage,
 )
 from hdprog.reporting.backtest_words import crossings, figures, verdict
-from hdprog.reporting.build import _environment
+from hdprog.reporting.build import environment
 from hdprog.reporting.figures.backtest_accuracy import accuracy
 from hdprog.reporting.figures.backtest_coverage import CoverageRow, coverage
 from hdprog.reporting.figures.backtest_intervals import forecast_intervals
@@ -57,7 +57,7 @@ def build_backtest_report(result: BacktestResult) -> str:
         f"report of {result.provenance.created[:10]}",
     ]
     return (
-        _environment()
+        environment()
         .get_template("backtest.html")
         .render(
             title=f"{name} \u2013 {said.label} \u2013 hdprog backtest",

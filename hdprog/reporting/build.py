@@ -61,7 +61,7 @@ def build_report(result: DriveResult, catalogue: Mapping[str, float] | None = No
         }
     trend, said = result.trend, verdict(result)
     return (
-        _environment()
+        environment()
         .get_template("report.html")
         .render(
             **pictures,
@@ -89,7 +89,8 @@ def build_report(result: DriveResult, catalogue: Mapping[str, float] | None = No
 
 
 @cache
-def _environment() -> jinja2.Environment:
+def environment() -> jinja2.Environment:
+    """Return the templates of all reports."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("hdprog.reporting"),
         autoescape=True,
