@@ -156,7 +156,7 @@ def sample_posterior(
     chains, diagnostics, sampling, converged = _sample(
         posterior, states, plan, rng, executor, progress
     )
-    stored = chains[:, :: max(1, chains.shape[1] // plan.stored_steps)]
+    stored = chains[:, :: -(-chains.shape[1] // plan.stored_steps)]
     flat = stored.reshape(-1, sampled.size)
     offset, scale = sampled.nuisances(flat, rng)
     if linearised is not None:

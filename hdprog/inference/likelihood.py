@@ -36,6 +36,7 @@ LOGIT_SD = 1.8  # of the logistic distribution
 # Of the finite differences, in unconstrained coordinates (of order 1 each). Angles are thousands of
 # times their noise: longer steps leave too much curvature, shorter ones too much rounding.
 _STEP = 1e-6
+_TOGETHER = 96
 
 
 @dataclass(frozen=True)
@@ -168,7 +169,8 @@ class LoopLikelihood:
 
     def log_likelihood(self, points: FloatArray) -> FloatArray:
         """(draws,) log L with offset and noise scale integrated out, up to a constant."""
-        left = self._data - self.noise.whiten(self.angle(points))
+        left = self.noise.whiten(self.angle(points))
+        np.subtract(self._data, left, out=left)
         squares = np.einsum("ij,ij->i", left, left) - (left @ self._whitened_offset) ** 2
         return np.asarray(-0.5 * self.degrees * np.log(squares))
 
@@ -188,13 +190,17 @@ class LoopLikelihood:
         -------
         offset in rad and noise scale s, (draws,) each
         """
-        squares = np.einsum("ij,ij->i", *(2 * [self.residual(points)]))
+        squares, along = np.empty(len(points)), np.empty(len(points))
+        # Few points at a time: their angles stay in the processor's cache.
+        for start in range(0, len(points), _TOGETHER):
+            part = slice(start, start + _TOGETHER)
+            left = self.noise.whiten(self.reduced.angle - self.angle(points[part]))
+            along[part] = left @ self._whitened_offset
+            left -= np.outer(along[part], self._whitened_offset)
+            squares[part] = np.einsum("ij,ij->i", left, left)
         scale = np.sqrt(squares / rng.chisquare(self.degrees, squares.size))
-        missing = self.reduced.angle - self.angle(points)
-        ones = self.noise.whiten(np.ones((1, self.blocks)))[0]
-        precision = ones @ ones
-        centre = self.noise.whiten(missing) @ ones / precision
-        offset = centre + scale / np.sqrt(precision) * rng.standard_normal(scale.size)
+        length = np.linalg.norm(self.noise.whiten(np.ones((1, self.blocks))))
+        offset = (along + scale * rng.standard_normal(scale.size)) / length
         return offset, scale
 
     def pointwise(self, points: FloatArray, offset: FloatArray, scale: FloatArray) -> FloatArray:

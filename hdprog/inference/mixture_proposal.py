@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.special import logsumexp
 
 from hdprog.physics.parameters import FloatArray
 
 _ITERATIONS = 40
+_SETTLED = 1e-3  # of the mean log density: what another iteration adds counts for nothing
 # Of a wide component: walkers stay where the target has more than the proposal, so its tails must
 # reach further. Rarely and far (0.05 and 2) held walkers up twice as long.
 _WIDE_WEIGHT = 0.15
@@ -58,13 +58,20 @@ class GaussianMixture:
 
     def log_density(self, points: FloatArray) -> FloatArray:
         """Log density (points,) at points (points, dimensions)."""
-        return np.asarray(logsumexp(self.log_components(points), axis=1))
+        return _log_sum(self.log_components(points))[:, 0]
 
     def draw(self, size: int, random: np.random.RandomState) -> FloatArray:
         """Draws (size, dimensions)."""
         chosen = random.choice(self.log_weights.size, size=size, p=np.exp(self.log_weights))
         noise = random.standard_normal((size, self.means.shape[1]))
         return np.asarray(self.means[chosen] + np.einsum("nij,nj->ni", self.factors[chosen], noise))
+
+
+def _log_sum(log_terms: FloatArray) -> FloatArray:
+    """Log of sums of exponentials over the last axis, which stays, of finite (points, terms)."""
+    largest = log_terms.max(axis=1, keepdims=True)
+    summed = np.exp(log_terms - largest).sum(axis=1, keepdims=True)
+    return np.asarray(largest + np.log(summed))
 
 
 def fit_mixture(samples: FloatArray, components: int, rng: np.random.Generator) -> GaussianMixture:
@@ -85,20 +92,24 @@ def fit_mixture(samples: FloatArray, components: int, rng: np.random.Generator) 
     distance = ((white[:, None, :] - seeds) ** 2).sum(axis=-1)
     share = np.exp(-0.5 * (distance - distance.min(axis=1, keepdims=True)))
     share /= share.sum(axis=1, keepdims=True)
-    floor = _RIDGE * np.eye(dimensions)
+    unit = np.eye(dimensions)
+    products = (white[:, :, None] * white[:, None, :]).reshape(count, -1)
+    reached = -np.inf
     for _ in range(_ITERATIONS):
         mass = share.sum(axis=0) + 1e-10
         means = share.T @ white / mass[:, None]
-        factors = np.empty((components, dimensions, dimensions))
-        for index in range(components):
-            deviation = white - means[index]
-            spread = (share[:, index, None] * deviation).T @ deviation
-            # A component with few samples leans on the overall covariance.
-            spread = (spread + dimensions * np.eye(dimensions)) / (mass[index] + dimensions)
-            factors[index] = np.linalg.cholesky(spread + floor)
+        spread = (share.T @ products).reshape(components, dimensions, dimensions)
+        spread -= mass[:, None, None] * means[:, :, None] * means[:, None, :]
+        # A component with few samples leans on the overall covariance.
+        spread = (spread + dimensions * unit) / (mass + dimensions)[:, None, None]
+        factors = np.linalg.cholesky(spread + _RIDGE * unit)
         mixture = GaussianMixture(np.log(mass / mass.sum()), means, factors)
         log_share = mixture.log_components(white)
-        share = np.exp(log_share - logsumexp(log_share, axis=1, keepdims=True))
+        log_density = _log_sum(log_share)
+        share = np.exp(log_share - log_density)
+        before, reached = reached, float(log_density.mean())
+        if reached - before < _SETTLED:
+            break
     return GaussianMixture(
         log_weights=np.append(mixture.log_weights + np.log1p(-_WIDE_WEIGHT), np.log(_WIDE_WEIGHT)),
         means=np.vstack([centre + mixture.means @ overall.T, centre]),

@@ -33,10 +33,18 @@ class Prior:
 
     def to_physical(self, coordinates: FloatArray) -> Parameters:
         """Parameters by name, each (...), from unconstrained coordinates (..., 8)."""
-        return {
-            name: BY_NAME[name].from_coordinate(coordinates[..., index], self.softplus_scale)
-            for index, name in enumerate(NAMES)
-        }
+        exponential = np.exp(coordinates)  # of all at once; a few numbers cost as much as one
+        found: dict[str, FloatArray] = {}
+        for index, name in enumerate(NAMES):
+            transform = BY_NAME[name].transform
+            if transform == "softplus":
+                found[name] = BY_NAME[name].from_coordinate(
+                    coordinates[..., index], self.softplus_scale
+                )
+            else:
+                value = exponential[..., index]
+                found[name] = -value if transform == "negative_log" else value
+        return found
 
     def to_coordinates(self, parameters: Parameters) -> FloatArray:
         """Unconstrained coordinates (..., 8) of parameters by name."""

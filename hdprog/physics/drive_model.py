@@ -41,10 +41,12 @@ def mesh_angle(magnitude: FloatArray, a: FloatArray, b: FloatArray, T_T: FloatAr
     a_safe = np.where(small, 1.0, a)
     angle = meshing * (a_safe / b)
     np.log1p(angle, out=angle)
-    angle /= a_safe
+    angle *= 1 / a_safe
     if small.any():
         angle = np.where(small, meshing / b, angle)
-    angle += (magnitude - meshing) / (a * T_T + b)
+    beyond = np.subtract(magnitude, meshing, out=meshing)
+    beyond *= 1 / (a * T_T + b)
+    angle += beyond
     return angle
 
 
@@ -92,10 +94,15 @@ def elastic_angle(
     mesh = mesh_angle if tooth_mesh == "continuum" else mesh_angle_as_printed
     angle = mesh(magnitude, a, b, T_T)
     if path.variance is not None and tooth_mesh == "continuum":
-        stiffness = a * magnitude + b
-        angle -= np.where(magnitude < T_T, 0.5 * path.variance * a / stiffness**2, 0.0)
+        # Half the curvature a/(a T + b)² is 1/(T √(2a) + b √(2/a))².
+        bend = magnitude * np.sqrt(2 * a)
+        bend += b * np.sqrt(2 / a)
+        bend *= bend
+        np.divide(path.variance, bend, out=bend)
+        bend *= magnitude < T_T
+        angle -= bend
     angle *= np.sign(torque)
-    angle += torque / _column(parameters["K_F"])
+    angle += torque * (1 / _column(parameters["K_F"]))
     return angle
 
 
@@ -119,15 +126,18 @@ def slip_envelope(pushed: FloatArray, parameters: Parameters, alpha: float) -> F
     s, k = math.sin(alpha), math.cos(alpha)
     mu, c = _column(parameters["mu"]), _column(parameters["c"])
     T_i, K_W = _column(parameters["T_i"]), _column(parameters["K_W"])
-    friction = np.maximum((mu * c) * (np.abs(pushed) - T_i), 0.0)  # mu * T_0, eq. 16
-    drawn_back = pushed * (s + mu * k)
+    # mu * T_0 (eq. 16) is -mu * c times what is missing to T_i.
+    missing = T_i - np.abs(pushed)
+    np.maximum(missing, 0.0, out=missing)
+    compliance = 1 / (K_W * (k - mu * s))
+    drawn_back = pushed * ((s + mu * k) * compliance)
+    friction = missing * (-mu * c * compliance)
     drawn_back -= friction
     np.minimum(drawn_back, 0.0, out=drawn_back)
-    drawn_back /= K_W * (k - mu * s)
-    driven = pushed * (s - mu * k)
-    driven -= friction
+    compliance = 1 / (K_W * (k + mu * s))
+    driven = pushed * ((s - mu * k) * compliance)
+    driven -= np.multiply(missing, -mu * c * compliance, out=friction)
     np.maximum(driven, 0.0, out=driven)
-    driven /= K_W * (k + mu * s)
     drawn_back += driven
     return drawn_back
 
@@ -171,11 +181,15 @@ def slip(
         current = np.minimum(np.maximum(initial, lower), upper)
     else:
         current = lower + initial_fraction * (upper - lower)
+    # How far the slip has come along the direction of travel, turned at each reversal.
+    travelled = current if path.rising[0] else -current
     for number, (start, end) in enumerate(zip(path.starts, path.ends, strict=True)):
-        sign = 1.0 if path.rising[number] else -1.0
+        if number:
+            travelled = np.maximum(at_end[:, number - 1], travelled)
+            if path.rising[number] != path.rising[number - 1]:
+                travelled = -travelled
         stretch = envelope[:, start:end]
-        np.maximum(stretch, (sign * current)[:, None], out=stretch)
-        current = sign * np.maximum(at_end[:, number], sign * current)
+        np.maximum(stretch, travelled[:, None], out=stretch)
     envelope *= path.direction
     return envelope
 

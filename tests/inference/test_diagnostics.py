@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from emcee.autocorr import integrated_time
 
 from hdprog.inference.diagnostics import autocorrelation_time, diagnose, fold
 from hdprog.inference.sampler import EnsembleState, fresh_random_state, sample_ensembles
@@ -52,3 +53,12 @@ def test_a_walker_that_never_moved_counts_as_long_memory() -> None:
     stuck = chains(3, steps=200)
     stuck[0, :, 0, 0] = 0.3
     assert autocorrelation_time(stuck)[0] > autocorrelation_time(stuck)[1]
+
+
+def test_the_autocorrelation_time_is_emcees() -> None:
+    rng = np.random.default_rng(12)
+    chains = rng.standard_normal((4, 300, 10, 3))
+    for step in range(1, 300):
+        chains[:, step] += np.array([0.0, 0.7, 0.95]) * chains[:, step - 1]
+    each = [integrated_time(chain, tol=0, quiet=True) for chain in chains]
+    np.testing.assert_allclose(autocorrelation_time(chains), np.mean(each, axis=0), rtol=1e-9)
