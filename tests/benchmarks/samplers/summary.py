@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from hdprog.physics.parameters import NAMES
 from tests.benchmarks.samplers import Outcome
 from tests.benchmarks.samplers.measuring import WANTED
 
 OWN = "hdprog"
 NUTS = "NumPyro NUTS"
 """The peer that the first aim is about."""
+_COORDINATES = (*NAMES, "initial slip")
 FASTER, PER_THOUSAND, TIMES_FUSED = 10.0, 35.0, 3.0
 """Aims: times faster than NUTS, effective draws per 1 000 evaluations, times a fused loop."""
 
@@ -85,6 +87,7 @@ def _figures(one: Outcome, own: Outcome) -> dict[str, Any]:
         "shift": float(shift.max()) if known else None,
         "least_sd_ratio": float(ratio.min()) if known else None,
         "largest_sd_ratio": float(ratio.max()) if known else None,
+        "furthest": _COORDINATES[int(np.argmax(np.abs(np.log(ratio))))],
         "converged": one.converged,
     }
     if one.sampler == OWN:
@@ -258,17 +261,37 @@ def _agreement(result: dict[str, Any]) -> str:
                 name,
                 "" if name == OWN else _shown(spread(done, "shift")),
                 "" if name == OWN or not low or not high else f"{low[1]:.2f} to {high[2]:.2f}",
+                "" if name == OWN else _furthest(done),
                 _shown(spread(done, "rhat"), digits=4),
                 str(sum(one["rhat"] is not None and one["rhat"] > 1.01 for one in done)),
             ]
         )
-    head = ["sampler", "mean, worst coordinate", "SD ratio", "R-hat", "R-hat above 1.01"]
+    head = [
+        "sampler",
+        "mean, worst coordinate",
+        "SD ratio",
+        "furthest from 1",
+        "R-hat",
+        "R-hat above 1.01",
+    ]
     return (
         "## Agreement\n\nBeside hdprog, where there were enough draws. Mean: largest distance of "
         "a coordinate's mean in its standard deviations; two right samplers with 1 000 and 2 500 "
         "effective draws differ by 0.04 in one coordinate, and by 0.07 in the worst of nine. SD "
         "ratio: least and largest of all coordinates and posteriors.\n\n" + _table(head, rows)
     )
+
+
+def _furthest(figures: Sequence[dict[str, Any]]) -> str:
+    """Coordinate and posterior whose standard deviations differ most."""
+
+    def apart(one: dict[str, Any]) -> float:
+        return max(float(one["largest_sd_ratio"]), 1 / float(one["least_sd_ratio"]))
+
+    if not figures:
+        return ""
+    worst = max(figures, key=apart)
+    return f"{worst['furthest']}, posterior {worst['index']}"
 
 
 def _posteriors(result: dict[str, Any]) -> str:
