@@ -161,7 +161,9 @@ def _against(
         return None
     compared = [one for one in fits if id(one) in known]
     held = held_by(compared, [name], lambda one: {name: known[id(one)]})
-    off = [(one.mean[name] - known[id(one)]) / one.sd[name] for one in compared]
+    # A figure that is zero in every draw has no spread to count in.
+    spread = [one for one in compared if one.sd[name] > 0]
+    off = [(one.mean[name] - known[id(one)]) / one.sd[name] for one in spread]
     part = [one.mean[name] / known[id(one)] - 1 for one in compared]
     return {
         **shares(held),
