@@ -105,6 +105,8 @@ def loads_table(result: DriveResult) -> Table | None:
     as_now = outlook.overall(result.forecasts)
     if not result.scenarios or as_now is None:
         return None
+    told = result.trend is not None and "load_share" in result.trend.hyperparameters
+    untested = "" if told else " No test of this drive at another load stands behind that."
     rows = []
     for load, main in sorted(
         [(1.0, as_now)] + [(one.load, outlook.overall(one.forecasts)) for one in result.scenarios],
@@ -117,8 +119,7 @@ def loads_table(result: DriveResult) -> Table | None:
         rows.append(Row(name, (_passed(main), risk, _inspect(main))))
     return Table.flat(
         "If the load changes from now on: the first of all limits. Wear is taken to go with the "
-        "cube of the torque, as the makers rate life, the speed staying as it is. No test of this "
-        "drive at another load stands behind that.",
+        f"cube of the torque, as the makers rate life, the speed staying as it is.{untested}",
         (
             "torque to come",
             "passed at: median, 90 %",

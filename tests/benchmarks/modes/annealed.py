@@ -25,8 +25,8 @@ from hdprog.physics.parameters import FloatArray
 from tests.benchmarks.modes.coordinates import System, systems
 from tests.benchmarks.modes.fused import LogLikelihood
 
-POPULATIONS, PARTICLES = 8, 2500
-MOVES, LAST_MOVES = 40, 300
+POPULATIONS, PARTICLES = 8, 2000
+MOVES, LAST_MOVES = 40, 250
 """Of every particle at each power, and at the last one, which is the posterior."""
 SNAPSHOTS = 4
 """Moments of the last moves that particles are kept of, the last half of the moves apart."""

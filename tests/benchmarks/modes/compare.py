@@ -34,7 +34,7 @@ DEEP = 0.5
 """A valley between two modes is lower than this part of the lower of the two peaks."""
 CELLS = 40
 _BINS, _SMOOTH = 120, 2.5
-_FIGURE_DRAWS = 2500  # of each population; width and loss are traced along whole cycles
+_FIGURE_DRAWS = 2000  # of each population; width and loss are traced along whole cycles
 _SEED = 3
 
 

@@ -54,6 +54,7 @@ def compiled(likelihood: LoopLikelihood, rng: np.random.Generator) -> LogLikelih
         white,
         likelihood.project(likelihood.reduced.angle[None, :])[0],
         _offset_direction(likelihood),
+        float(likelihood.degrees),
     )
     batch = _batch()
 
@@ -116,6 +117,7 @@ def _one_for(envelope: Any) -> Any:
         white,
         data,
         offset,
+        degrees,
     ):
         K_F, K_W, a, b = np.exp(point[:4])
         T_T = softplus_scale * (max(point[4], 0.0) + math.log1p(math.exp(-abs(point[4]))))
@@ -150,6 +152,6 @@ def _one_for(envelope: Any) -> Any:
             left = data[block] - whitened[block]
             squares += left * left
             along += left * offset[block]
-        return -0.5 * (torque.size - 1) * math.log(squares - along * along)
+        return -0.5 * degrees * math.log(squares - along * along)
 
     return one

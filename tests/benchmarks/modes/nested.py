@@ -18,7 +18,9 @@ from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.physics.parameters import FloatArray
 from tests.benchmarks.modes.fused import LogLikelihood
 
-LIVE_POINTS = 1000
+LIVE_POINTS, WALKS = 2500, 30
+"""Many points and short walks: fewer points on longer paths (1000, slices) lost modes on the way
+that held a tenth of the mass."""
 REALISATIONS = 30
 _OUTSIDE = -1e300
 
@@ -82,7 +84,8 @@ def nested(
         COUNT + 1,
         nlive=live_points,
         bound="multi",
-        sample="rslice",
+        sample="rwalk",
+        walks=WALKS,
         rstate=rng,
     )
     sampler.run_nested(dlogz=0.01, print_progress=False)
