@@ -19,7 +19,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from hdprog.inference.likelihood import LoopLikelihood
-from hdprog.inference.noise import FALSE_ALARM_RATE
+from hdprog.inference.noise_shape import FALSE_ALARM_RATE
 from hdprog.inference.starting_points import StartingPoint
 from hdprog.physics.parameters import FloatArray
 

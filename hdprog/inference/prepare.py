@@ -16,7 +16,8 @@ from hdprog.data.turning_points import turning_points
 from hdprog.inference.block_detail import bend, detail
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.measured_noise import block_noise, local_slope, reading_noise, reading_sd
-from hdprog.inference.noise import NoiseModel, fit_noise
+from hdprog.inference.noise import NoiseModel
+from hdprog.inference.noise_shape import fit_noise
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import Prior, RecordScales
 from hdprog.inference.spikes import remark_on_spikes, spikes

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hdprog.inference.likelihood import COUNT, LoopLikelihood
+from hdprog.inference.likelihood import COUNT, LoopLikelihood, sigmoid
 from hdprog.inference.mixture_proposal import GaussianMixture, IndependenceProposal
 from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
 from hdprog.inference.starting_points import StartingPoint
@@ -28,9 +28,11 @@ LogDensity = Callable[[FloatArray], FloatArray]
 
 @dataclass(frozen=True)
 class RidgePosterior:
-    """Log posterior density over ridge coordinates and the initial slip's logit.
+    """Log posterior density over ridge coordinates and the initial slip's fraction.
 
-    A class, not a closure, so that it can travel to another process.
+    The fraction, not its logit: where the record says nothing of it, walkers would stay out of the
+    logit's long tails for as long as they run. A class, not a closure, so that it can travel to
+    another process.
     """
 
     likelihood: LoopLikelihood
@@ -54,13 +56,20 @@ class RidgePosterior:
         ridge = from_unconstrained(
             point[None, :COUNT], likelihood.alpha, likelihood.prior.softplus_scale
         )[0]
-        return np.concatenate([ridge, point[COUNT:]])
+        return np.concatenate([ridge, sigmoid(point[COUNT : COUNT + 1]), point[COUNT + 1 :]])
 
     def _points(self, position: FloatArray) -> tuple[FloatArray, FloatArray]:
         unconstrained, log_jacobian = to_unconstrained(
             position[:, :COUNT], self.likelihood.alpha, self.likelihood.prior.softplus_scale
         )
-        return np.hstack([unconstrained, position[:, COUNT:]]), log_jacobian
+        fraction = position[:, COUNT]
+        inside = (fraction > 0) & (fraction < 1)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            log_fraction, log_rest = np.log(fraction), np.log1p(-fraction)
+        log_jacobian = np.where(inside, log_jacobian - log_fraction - log_rest, -np.inf)
+        points = np.hstack([unconstrained, position[:, COUNT:]])
+        points[:, COUNT] = np.where(inside, log_fraction - log_rest, 0.0)
+        return points, log_jacobian
 
 
 @dataclass(frozen=True)

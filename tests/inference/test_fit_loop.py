@@ -13,7 +13,7 @@ from scipy import stats
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.data.readers import read_loop
-from hdprog.inference.fit_loop import QUICK, SamplingPlan, fit_loop
+from hdprog.inference.fit_loop import FULL, QUICK, SamplingPlan, fit_loop
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.summarise import figure_requests, summarise
@@ -127,7 +127,7 @@ def test_measured_records(name: str, measured_data: Path) -> None:
     loop = read_loop(measured_data / name, columns=columns, select=select)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        posterior = fit_loop(loop, Drive.default(), np.random.default_rng(0), plan=QUICK)
+        posterior = fit_loop(loop, Drive.default(), np.random.default_rng(0), plan=FULL)
     assert posterior.prior.name == "generic"
     assert any("centred on the record" in text for text in posterior.warnings)
     result = summarise(posterior, figure_requests(posterior.drive, posterior.operation), "x", {})

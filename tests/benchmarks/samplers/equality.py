@@ -10,7 +10,7 @@ from hdprog.inference.likelihood import COUNT
 from hdprog.inference.sampler import initial_states, sample_ensembles
 from hdprog.physics.parameters import FloatArray
 from tests.benchmarks.samplers.log_density import batched
-from tests.benchmarks.samplers.posteriors import Target, check_rng
+from tests.benchmarks.samplers.posteriors import Target, check_rng, with_logit
 
 TOLERANCE = 1e-9
 _STEPS, _POSTERIOR, _PRIOR, _ROWS = 250, 240, 240, 48
@@ -56,14 +56,15 @@ def compare(target: Target) -> Equality:
     drawn = np.hstack([likelihood.prior.sample(_PRIOR, rng), rng.logistic(size=(_PRIOR, 1))])
     # Every other one so far out that some lie outside the hard support.
     drawn[::2, :COUNT] += _FURTHER * (drawn[::2, :COUNT] - likelihood.prior.mean)
-    ridge = np.vstack(
+    position = np.vstack(
         [
             late[rng.choice(len(late), size=_POSTERIOR, replace=False)],
             np.array([posterior.position(point) for point in drawn]),
         ]
     )
-    points, log_jacobian = posterior.points(ridge), _log_jacobian(target, ridge)
-    wanted = posterior(ridge)
+    ridge, fraction = with_logit(position), position[:, COUNT]
+    points, log_jacobian = posterior.points(position), _log_jacobian(target, ridge)
+    wanted = posterior(position) + np.log(fraction * (1 - fraction))
     plain = np.where(np.isfinite(wanted), wanted - log_jacobian, -np.inf)
     curve = np.where(likelihood.supported(points), likelihood.log_likelihood(points), -np.inf)
     pairs = [

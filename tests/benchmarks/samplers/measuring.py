@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hdprog.inference.diagnostics import diagnose
+from hdprog.inference.likelihood import COUNT
+from hdprog.inference.ridge_coordinates import to_unconstrained
 from hdprog.physics.parameters import FloatArray
 from tests.benchmarks.samplers.posteriors import Target
 
@@ -105,6 +107,9 @@ def effective_draws(points: FloatArray) -> Effective:
 
 
 def points_of(target: Target, ridge: FloatArray) -> FloatArray:
-    """Points of the likelihood (…, 9) of ridge positions (…, 9)."""
-    flat = target.posterior.points(ridge.reshape(-1, ridge.shape[-1]))
-    return flat.reshape(ridge.shape)
+    """Points of the likelihood (…, 9) of peers' positions (…, 9)."""
+    likelihood, flat = target.likelihood, ridge.reshape(-1, ridge.shape[-1])
+    unconstrained, _ = to_unconstrained(
+        flat[:, :COUNT], likelihood.alpha, likelihood.prior.softplus_scale
+    )
+    return np.hstack([unconstrained, flat[:, COUNT:]]).reshape(ridge.shape)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hdprog.inference.likelihood import LoopLikelihood
+from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.prepare import Prepared, prepare, settle_noise
 from hdprog.inference.sampler import RidgePosterior, initial_states
 from hdprog.inference.starting_points import StartingPoint
@@ -42,21 +42,30 @@ class Target:
 
     @property
     def posterior(self) -> RidgePosterior:
-        """Log density of hdprog in ridge coordinates."""
+        """Log density of hdprog in ridge coordinates and the initial slip's fraction."""
         return RidgePosterior(self.likelihood)
 
     @cached_property
     def density(self) -> JaxPosterior:
-        """The same in JAX."""
+        """The same in JAX, over the initial slip's logit."""
         from tests.benchmarks.samplers.log_density import JaxPosterior
 
         return JaxPosterior(self.likelihood)
 
     def warm_starts(self, walkers: int) -> FloatArray:
-        """Ridge positions (walkers, 9) about the modes, drawn as those of hdprog's own walkers."""
+        """Peers' positions (walkers, 9) about the modes, drawn as those of hdprog's own walkers."""
         rng = random_numbers(self.index, _STARTS)
         states = initial_states(self.posterior, self.starts, rng, ensembles=1, walkers=walkers)
-        return np.asarray(states[0].position[0])
+        return with_logit(states[0].position[0])
+
+
+def with_logit(position: FloatArray) -> FloatArray:
+    """Ridge positions (…, 9) that end in the initial slip's logit: peers need an unbounded space.
+
+    hdprog samples the fraction itself between its bounds.
+    """
+    fraction = position[..., COUNT:]
+    return np.concatenate([position[..., :COUNT], np.log(fraction / (1 - fraction))], axis=-1)
 
 
 def prepared_target(index: int) -> tuple[Target, np.random.Generator]:

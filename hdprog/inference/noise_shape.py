@@ -1,0 +1,173 @@
+"""Find the shape of a loop's noise from what its best fit leaves: white, or with a memory.
+
+White noise is tested against white noise plus an Ornstein-Uhlenbeck term by restricted likelihood,
+the fitted sensitivities projected out. Where it fails, one term's length and share are known so
+badly from one record that the covariance at their best values makes intervals too narrow: it is
+averaged over all of them, each with the weight of its restricted likelihood.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.optimize import minimize
+from scipy.stats import chi2
+
+from hdprog.inference.noise import NoiseModel
+from hdprog.physics.parameters import FloatArray
+
+FALSE_ALARM_RATE = 0.01
+"""Share of loops with white noise that get the correlated model all the same (tested)."""
+
+_RATIO_STEP, _LENGTH_STEP = 0.5, 0.5  # of the grid of logs that shapes are averaged over
+_RATIO_REACH = 6.0  # to either side of the best
+_LEAST_WEIGHT = 1e-3  # of the likeliest shape's: those below it are left out
+
+
+@dataclass(frozen=True)
+class DecayingNoise:
+    """White noise plus an Ornstein-Uhlenbeck term, solved in a time linear in the blocks.
+
+    The inverse of the term's covariance K is tridiagonal, so with M = K⁻¹ + D⁻¹
+    (D + K)⁻¹ = D⁻¹ − D⁻¹M⁻¹D⁻¹ and |D + K| = |M||K||D|.
+    """
+
+    variance: FloatArray
+    factor: FloatArray
+    log_det: float
+
+    @staticmethod
+    def of(variance: FloatArray, correlated: float, steps: FloatArray) -> DecayingNoise:
+        """From white variances (blocks,), the term's variance and steps (blocks − 1,) in lengths.
+
+        Raises LinAlgError where the numbers are too far apart to be solved.
+        """
+        kept = np.exp(-steps)
+        renewed = -np.expm1(-2 * steps) * correlated
+        banded = np.zeros((2, variance.size))
+        banded[1] = 1 / variance
+        banded[1, 0] += 1 / correlated
+        banded[1, 1:] += 1 / renewed
+        banded[1, :-1] += kept**2 / renewed
+        banded[0, 1:] = -kept / renewed
+        factor = cholesky_banded(banded)
+        log_det = 2 * np.log(factor[1]).sum() + np.log(renewed).sum() + np.log(correlated)
+        return DecayingNoise(variance, factor, float(log_det + np.log(variance).sum()))
+
+    def solve(self, columns: FloatArray) -> FloatArray:
+        """(D + K)⁻¹ times columns (blocks, k)."""
+        scaled = columns / self.variance[:, None]
+        inner = cho_solve_banded((self.factor, False), scaled)
+        return np.asarray(scaled - inner / self.variance[:, None])
+
+
+@dataclass(frozen=True)
+class _Restricted:
+    """What a residual says of one shape of the noise, the sensitivities projected out.
+
+    Attributes
+    ----------
+    deviance : −2 log restricted likelihood, the scale profiled out, up to a constant
+    variance : the scale's best square
+    """
+
+    deviance: float
+    variance: float
+
+    @staticmethod
+    def of(
+        solved: FloatArray, log_det: float, residual: FloatArray, sensitivities: FloatArray
+    ) -> _Restricted:
+        """`solved` is the inverse covariance times residual and sensitivities, (blocks, 1 + k)."""
+        weighted, projected = solved[:, 0], sensitivities.T @ solved[:, 1:]
+        cross = sensitivities.T @ weighted
+        quadratic = float(residual @ weighted - cross @ np.linalg.solve(projected, cross))
+        degrees = residual.size - sensitivities.shape[1]
+        deviance = degrees * np.log(quadratic) + log_det + np.linalg.slogdet(projected)[1]
+        return _Restricted(float(deviance), quadratic / degrees)
+
+
+_IMPOSSIBLE = _Restricted(np.inf, 0.0)
+
+
+def fit_noise(
+    residual: FloatArray, sensitivities: FloatArray, sd: FloatArray, position: FloatArray
+) -> NoiseModel:
+    """Test whether a residual is white and, where it is not, fit the correlated model.
+
+    Parameters
+    ----------
+    residual : (blocks,) angle minus best fit in rad
+    sensitivities : (blocks, k) derivatives of the fit that absorbed part of the residual
+    sd : (blocks,) relative standard deviation of the white part in rad
+    position : (blocks,) increasing time or index that correlation decays over
+
+    Returns
+    -------
+    NoiseModel, white where the likelihood-ratio test keeps white at `FALSE_ALARM_RATE`
+    """
+    # Directions that the data do not see make no projection.
+    left, strength, _ = np.linalg.svd(sensitivities / sd[:, None], full_matrices=False)
+    basis = left[:, strength > 1e-8 * strength[0]] * sd[:, None]
+    steps = np.maximum(np.diff(position), 1e-9 * (position[-1] - position[0]))
+    typical, extent = float(np.median(steps)), float(position[-1] - position[0])
+    mean_variance = float(np.mean(sd**2))
+    columns = np.column_stack([residual, basis])
+
+    def seen(theta: FloatArray) -> _Restricted:
+        try:
+            noise = DecayingNoise.of(
+                sd**2, mean_variance * np.exp(theta[0]), steps / np.exp(theta[1])
+            )
+        except np.linalg.LinAlgError:
+            return _IMPOSSIBLE
+        return _Restricted.of(noise.solve(columns), noise.log_det, residual, basis)
+
+    def deviance(theta: FloatArray) -> float:
+        return seen(theta).deviance
+
+    white = _Restricted.of(columns / sd[:, None] ** 2, float(2 * np.log(sd).sum()), residual, basis)
+    bounds = [(np.log(1e-3), np.log(1e4)), (np.log(typical), np.log(extent))]
+    starts = [(0.0, np.log(3 * typical)), (1.0, np.log(0.1 * extent))]
+    best = min(starts, key=lambda start: deviance(np.array(start)))
+    found = minimize(
+        deviance, best, method="L-BFGS-B", bounds=bounds, options={"maxiter": 15, "eps": 1e-3}
+    )
+    if white.deviance - found.fun < chi2.isf(FALSE_ALARM_RATE, 2):
+        return NoiseModel.white(sd)
+    shapes = _shapes_about(found.x, bounds)
+    correlated = mean_variance * _averaged(shapes, [seen(shape) for shape in shapes], position)
+    log_ratio, log_length = (float(value) for value in found.x)
+    return NoiseModel.white(sd).with_decaying(
+        correlated, log_ratio, float(np.exp(log_length)), position
+    )
+
+
+def _shapes_about(best: FloatArray, bounds: list[tuple[float, float]]) -> FloatArray:
+    """(shapes, 2) logs of ratio and length on a grid inside the bounds, the best among them."""
+    ratio = best[0] + np.arange(-_RATIO_REACH, _RATIO_REACH + _RATIO_STEP / 2, _RATIO_STEP)
+    ratio = ratio[(ratio >= bounds[0][0]) & (ratio <= bounds[0][1])]
+    reach = bounds[1][1] - bounds[1][0]
+    length = best[1] + _LENGTH_STEP * np.arange(-reach // _LENGTH_STEP, reach // _LENGTH_STEP + 2)
+    length = length[(length >= bounds[1][0]) & (length <= bounds[1][1])]
+    return np.stack(np.meshgrid(ratio, length), axis=-1).reshape(-1, 2)
+
+
+def _averaged(shapes: FloatArray, seen: list[_Restricted], position: FloatArray) -> FloatArray:
+    """(blocks, blocks) correlated covariance over that of the white part, averaged over shapes."""
+    deviance = np.array([one.deviance for one in seen])
+    variance = np.array([one.variance for one in seen])
+    likelihood = np.exp(-0.5 * (deviance - deviance.min()))
+    kept = likelihood > _LEAST_WEIGHT
+    weight = (likelihood * variance)[kept]
+    weight /= weight.sum()
+    distance = np.abs(position[:, None] - position[None, :])
+    total = np.zeros_like(distance)
+    # Shapes of one length differ by a factor only.
+    lengths, which = np.unique(shapes[kept, 1], return_inverse=True)
+    factors = np.bincount(which, weights=weight * np.exp(shapes[kept, 0]))
+    for length, factor in zip(lengths, factors, strict=True):
+        total += factor * np.exp(-distance / np.exp(length))
+    return total
