@@ -17,6 +17,8 @@ from hdprog.physics.course import Course
 from hdprog.physics.parameters import FloatArray
 
 _BLIND = 1e4  # times its noise: a block that a fit does not see
+_FORGOTTEN = 1e-10  # of a whitened block's largest weight: what lies further back is left out
+_TOGETHER = 64  # whitened blocks that share one multiplication
 
 
 @dataclass(frozen=True)
@@ -131,7 +133,25 @@ class NoiseModel:
 
     def whiten(self, angles: FloatArray) -> FloatArray:
         """Angles (draws, blocks) in rad → independent with variance s²."""
-        return angles / self.sd if self.whitening is None else angles @ self.whitening
+        if self.whitening is None:
+            return angles / self.sd
+        white = np.empty_like(angles)
+        for seen, columns, part in self._pieces:
+            np.matmul(angles[:, seen], part, out=white[:, columns])
+        return white
+
+    @cached_property
+    def _pieces(self) -> list[tuple[slice, slice, FloatArray]]:
+        """The whitening by columns, without the blocks that come later or are long forgotten."""
+        assert self.whitening is not None
+        pieces = []
+        for start in range(0, self.sd.size, _TOGETHER):
+            columns = slice(start, min(start + _TOGETHER, self.sd.size))
+            part = np.abs(self.whitening[:, columns])
+            first = int(np.argmax((part > _FORGOTTEN * part.max(axis=0)).any(axis=1)))
+            seen = slice(first, columns.stop)
+            pieces.append((seen, columns, np.ascontiguousarray(self.whitening[seen, columns])))
+        return pieces
 
     @cached_property
     def log_det(self) -> float:

@@ -22,7 +22,7 @@ FALSE_ALARM_RATE = 0.01
 """Share of loops with white noise that get the correlated model all the same (tested)."""
 
 _RATIO_STEP, _LENGTH_STEP = 0.5, 0.5  # of the grid of logs that shapes are averaged over
-_RATIO_REACH = 6.0  # to either side of the best
+_RATIO_REACH = 3.0  # to either side of the best
 _LEAST_WEIGHT = 1e-3  # of the likeliest shape's: those below it are left out
 
 
