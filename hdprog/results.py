@@ -190,6 +190,55 @@ class FigureTrend:
 
 
 @dataclass(frozen=True)
+class WearSaid:
+    """What a drive's tests say of its wear beyond any prior, for other drives to learn from.
+
+    Attributes
+    ----------
+    wear_prior : identity of the wear prior, in whose deviates z the numbers are
+    deviates : (k) names
+    precision, information : Λ (k, k), η (k,) of the log likelihood −½ zᵀΛz + ηᵀz
+    """
+
+    wear_prior: str
+    deviates: tuple[str, ...]
+    precision: FloatArray
+    information: FloatArray
+
+
+@dataclass(frozen=True)
+class Shrinkage:
+    """A hyperparameter on its way from any drive's prior to this drive; level → value each.
+
+    Attributes
+    ----------
+    shipped : under the shipped prior, that of any drive
+    fleet : under the prior of this fleet
+    own : by this drive's tests and the shipped prior, without the fleet
+    """
+
+    shipped: Mapping[float, float]
+    fleet: Mapping[float, float]
+    own: Mapping[float, float]
+
+
+@dataclass(frozen=True)
+class FleetShare:
+    """What a drive's trend has learnt from other drives.
+
+    Attributes
+    ----------
+    drives : their ids
+    hyperparameters : by name
+    left_out : runs that could not be used, in words
+    """
+
+    drives: tuple[str, ...]
+    hyperparameters: Mapping[str, Shrinkage]
+    left_out: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class TrendSummary:
     """The trend model as fitted."""
 
@@ -201,6 +250,8 @@ class TrendSummary:
     converged: bool
     warnings: tuple[str, ...]
     followed: tuple[str, ...] = ()  # effects whose amplitudes are part of the state
+    says: WearSaid | None = None
+    fleet: FleetShare | None = None  # None where no other drives were given
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,8 @@ import numpy as np
 
 from hdprog import __version__
 from hdprog.config import Drive
-from hdprog.data.drive_folder import DriveFolder, read_drive_folder, read_test_loop
+from hdprog.data.drive_folder import read_drive_folder, read_test_loop
+from hdprog.data.finished_runs import read_finished_runs
 from hdprog.data.loop import Loop
 from hdprog.discovery.drive import explain_drive
 from hdprog.discovery.explain import explain as explain_loop
@@ -31,7 +32,7 @@ from hdprog.outcome import ExplainOutcome, Outcome
 from hdprog.parallel import hold_blas_to_one_thread, process_executor
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.base import Effect
-from hdprog.results import DriveResult, Forecast, LoadScenario, Provenance, TestResult, TrendSummary
+from hdprog.results import DriveResult, Forecast, Provenance, TestResult
 from hdprog.tests_of_drive import FittedTest, close_tests, fit_tests
 
 Progress = Callable[[str, int, int], None]
@@ -182,6 +183,7 @@ def run(
     quick: bool = False,
     explain: bool = True,
     loads: Sequence[float] = (),
+    fleet: str | Path | None = None,
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Outcome:
@@ -195,6 +197,8 @@ def run(
     explain : look for effects that the drive model lacks, and carry them where they are found
     loads : torques to come, as multiples of the torque so far, under each of which the limits are
         forecast too
+    fleet : folder with finished runs of other drives below it, to learn pace, clock and scatter
+        of wear from
     workers : processes; one a core if None
     progress : called with stage, done, total
 
@@ -203,12 +207,19 @@ def run(
     UsageError
         for a load that cannot be
     BadInputError
-        for anything in the folder that cannot be used
+        for anything in the folder that cannot be used, or a fleet without a finished run
     """
     from hdprog.forecast.crossing import require_horizon_ahead
+    from hdprog.outlook_of_drive import outlook
+    from hdprog.trend.wear_prior import read_wear_prior
 
     _require_loads(loads)
     folder = read_drive_folder(Path(path))
+    wear_prior, others = read_wear_prior(), None
+    if fleet is not None:
+        others = read_finished_runs(
+            Path(fleet), own_id=folder.drive.id, wear_prior=wear_prior.identity
+        )
     require_horizon_ahead(folder.tests[-1].service_hours, folder.drive.forecast.horizon_hours)
     loops = [read_test_loop(folder, test) for test in folder.tests]
     seconds: dict[str, float] = {}
@@ -246,19 +257,21 @@ def run(
         count = len(looked_at)
         outlooks = list(
             spread(
-                _outlook,
+                outlook,
                 [folder] * count,
                 *zip(*looked_at, strict=True),
-                [seeds] * count,
+                [wear_prior] * count,
+                [others] * count,
+                [seeds[-2:]] * count,
                 [quick] * count,
             )
         )
-    summary, forecasts, scenarios = outlooks[0]
+    found = outlooks[0]
     if explanation is not None:
         explanation = replace(
             explanation,
-            remaining_hours_before=_remaining(outlooks[-1][1]),
-            remaining_hours_after=_remaining(forecasts),
+            remaining_hours_before=_remaining(outlooks[-1].forecasts),
+            remaining_hours_after=_remaining(found.forecasts),
         )
     seconds["outlook"] = time.perf_counter() - started
     if progress is not None:
@@ -266,13 +279,13 @@ def run(
     result = DriveResult(
         drive=folder.drive,
         tests=tuple(one.result for one in fitted),
-        trend=summary,
-        forecasts=forecasts,
+        trend=found.trend,
+        forecasts=found.forecasts,
         warnings=(remark,) if remark else (),
         provenance=_provenance(seed, quick, loops),
         seconds=seconds,
         explanation=explanation,
-        scenarios=scenarios,
+        scenarios=found.scenarios,
     )
     return Outcome(result, posteriors, single=False)
 
@@ -284,69 +297,6 @@ def _require_loads(loads: Sequence[float]) -> None:
             f"loads: found {', '.join(f'{load:g}' for load in wrong)}, expected torque to come "
             f"over torque so far, from {_LEAST_LOAD:g} to {_MOST_LOAD:g} (0.8 is 80 %)"
         )
-
-
-def _outlook(
-    folder: DriveFolder,
-    posteriors: tuple[Posterior, ...],
-    lasting: tuple[Effect, ...],
-    loads: Sequence[float],
-    seeds: Sequence[np.random.SeedSequence],
-    quick: bool,
-) -> tuple[TrendSummary, tuple[Forecast, ...], tuple[LoadScenario, ...]]:
-    """Trend over the tests, with effects that wear has brought, and first crossings of limits.
-
-    The latter as things are, and under each of other loads from the same random numbers.
-    """
-    from hdprog.forecast.crossing import forecast
-    from hdprog.trend.followed_effects import FollowedEffects
-    from hdprog.trend.loop_evidence import FittedLoop
-    from hdprog.trend.trend import fit_trend
-    from hdprog.trend.wear_clock import hours_by_load, pace_of_load
-    from hdprog.trend.wear_prior import read_wear_prior
-
-    followed = None
-    if lasting:
-        found = [(one.likelihood.reduced.course.scales, one.effect_values) for one in posteriors]
-        followed = FollowedEffects.of(lasting, found)
-    hours = [test.service_hours for test in folder.tests]
-    by_load = hours_by_load(
-        hours,
-        [test.mean_torque_Nm for test in folder.tests],
-        [test.mean_speed_rpm for test in folder.tests],
-    )
-    evidence = tuple(
-        FittedLoop.of(posterior, test.service_hours, test.event, test.temperature_C, load, followed)
-        for test, posterior, load in zip(
-            folder.tests, posteriors, by_load or [None] * len(hours), strict=True
-        )
-    )
-    trend = fit_trend(
-        evidence,
-        posteriors[0].prior,
-        read_wear_prior(),
-        np.random.default_rng(seeds[-2]),
-        quick=quick,
-        alpha=folder.drive.alpha,
-        followed=followed,
-    )
-    rng = np.random.default_rng(seeds[-1])
-    operation = posteriors[0].operation
-    forecasts = forecast(trend, folder.drive, operation, rng)
-    scenarios = tuple(
-        LoadScenario(
-            load,
-            forecast(
-                trend,
-                folder.drive,
-                operation,
-                np.random.default_rng(seeds[-1]),
-                load_factor=pace_of_load(load),
-            ),
-        )
-        for load in loads
-    )
-    return trend.summary(folder.drive, operation, rng), forecasts, scenarios
 
 
 def _brought_by_wear(explanation: DriveExplanation) -> tuple[Effect, ...]:

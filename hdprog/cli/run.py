@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -27,6 +28,15 @@ def run(
             "80 %); may be given several times.",
         ),
     ] = None,
+    fleet: Annotated[
+        Path | None,
+        typer.Option(
+            "--fleet",
+            metavar="DIR",
+            help="Learn the pace, clock and scatter of wear from the finished runs of other drives "
+            "below DIR.",
+        ),
+    ] = None,
     out: Out = None,
     seed: Seed = 0,
     as_json: AsJson = False,
@@ -49,6 +59,7 @@ def run(
             quick=quick,
             explain=not no_explain,
             loads=tuple(load or ()),
+            fleet=fleet,
             progress=report,
         )
     conclude(result, folder, command_line(ctx), as_json=as_json)

@@ -39,9 +39,10 @@ from hdprog.physics.parameters import FloatArray
 from hdprog.results import LEVELS
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.figure_paths import figure_paths
+from hdprog.trend.fitting import fit_trend
 from hdprog.trend.hyperparameters import HyperparameterDraws
 from hdprog.trend.state_space import Hyperparameters
-from hdprog.trend.trend import Paths, Trend, fit_trend
+from hdprog.trend.trend import Paths, Trend
 from hdprog.trend.wear_coordinates import to_loop
 from hdprog.trend.wear_prior import WearPrior
 

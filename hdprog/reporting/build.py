@@ -21,6 +21,7 @@ from hdprog.reporting.sections import (
     method,
     provenance,
     rests_on,
+    shrinkage,
     tests,
     warnings,
 )
@@ -81,6 +82,7 @@ def build_report(result: DriveResult, catalogue: Mapping[str, float] | None = No
             rests_on=rests_on.rests_on(result),
             diagnostics=tests.diagnostics(result),
             hyperparameters=None if trend is None else method.hyperparameters(trend),
+            shrinkage=None if trend is None else shrinkage.shrinkage(trend),
             method=method.method(result),
             words=_words(result),
             provenance=provenance.provenance(result),

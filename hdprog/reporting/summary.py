@@ -16,6 +16,7 @@ from hdprog.results import (
     LEVELS,
     Combination,
     DriveResult,
+    FleetShare,
     Forecast,
     Identification,
     OtherToothAngle,
@@ -24,6 +25,7 @@ from hdprog.results import (
     Sensitivity,
     TestResult,
     TrendSummary,
+    WearSaid,
 )
 
 SCHEMA = "hdprog.summary/1"
@@ -189,7 +191,33 @@ def _trend(trend: TrendSummary) -> dict[str, Any]:
             for key, figure in trend.figures.items()
         },
         "diagnostics": {name: number(value) for name, value in trend.diagnostics.items()},
+        "says": None if trend.says is None else _says(trend.says),
+        "fleet": None if trend.fleet is None else _fleet(trend.fleet),
         "warnings": list(trend.warnings),
+    }
+
+
+def _says(says: WearSaid) -> dict[str, Any]:
+    return {
+        "wear_prior": says.wear_prior,
+        "deviates": list(says.deviates),
+        "precision": [_numbers(row) for row in says.precision],
+        "information": _numbers(says.information),
+    }
+
+
+def _fleet(fleet: FleetShare) -> dict[str, Any]:
+    return {
+        "drives": list(fleet.drives),
+        "hyperparameters": {
+            name: {
+                "any_drive": quantiles(one.shipped),
+                "fleet": quantiles(one.fleet),
+                "without_fleet": quantiles(one.own),
+            }
+            for name, one in fleet.hyperparameters.items()
+        },
+        "left_out": list(fleet.left_out),
     }
 
 

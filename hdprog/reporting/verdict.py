@@ -215,14 +215,16 @@ def _shutdown(result: DriveResult, main: Forecast) -> list[str]:
 
 def _rests_on(result: DriveResult) -> list[str]:
     """Who carried the forecast, where that is not the drive's own tests."""
+    fleet = None if result.trend is None else result.trend.fleet
+    carrier = "the prior" if fleet is None else "the fleet"
     if len(result.tests) == 1:
         return [
-            "There is one test only: how fast this drive wears comes from the prior, not from "
+            f"There is one test only: how fast this drive wears comes from {carrier}, not from "
             "the drive."
         ]
     if len(result.tests) == 2:
         return [
-            f"With {counted(2, 'test')} the pace of wear still leans on the prior: expect the "
+            f"With {counted(2, 'test')} the pace of wear still leans on {carrier}: expect the "
             "interval to move with the next test."
         ]
     return []

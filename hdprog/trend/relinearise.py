@@ -74,7 +74,7 @@ class JointPrior:
                     wandered[early] + turned * along + np.diag(steps.initial_variance + fixed)
                 )
             covariance[row, :, row] += np.diag((scatter * scales) ** 2)
-        mean = steps.initial_mean + wear[:, None] * steps.loading_mean
+        mean = steps.initial_mean + wear[:, None] * steps.loading_mean[0]
         mean = mean + steps.running_in[0] * settled[:, None] * steps.direction
         flat = covariance.reshape(tests * count, -1)
         return JointPrior(mean, np.asarray(np.linalg.inv(flat)))

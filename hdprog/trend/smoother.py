@@ -33,10 +33,15 @@ def _carries(steps: Steps, time: int) -> FloatArray:
 
 
 def _carried_at_first(steps: Steps) -> tuple[FloatArray, FloatArray]:
-    """Mean and variance (n + 2,) of what a new drive carries; its rate is the clock's."""
+    """Mean (draws, n + 2) and variance (n + 2,) of what a new drive carries.
+
+    Its rate is the clock's.
+    """
     extent, variance = steps.running_in
+    loadings = np.broadcast_to(steps.loading_mean, (len(steps.wear), steps.size))
+    beside = np.tile([extent, 0.0], (len(loadings), 1))
     return (
-        np.concatenate([steps.loading_mean, [extent, 0.0]]),
+        np.concatenate([loadings, beside], axis=1),
         np.concatenate([steps.loading_variance, [variance, 0.0]]),
     )
 
@@ -57,9 +62,9 @@ class _Predicted:
         mean, variance = _carried_at_first(steps)
         return _Predicted(
             np.tile(steps.initial_mean, (draws, 1)),
-            np.tile(mean, (draws, 1)),
+            mean,
             np.tile(np.diag(steps.initial_variance), (draws, 1, 1)),
-            np.zeros((draws, steps.size, mean.size)),
+            np.zeros((draws, steps.size, variance.size)),
             np.tile(np.diag(variance), (draws, 1, 1)),
         )
 
@@ -252,7 +257,7 @@ def draw(
     around_zero = replace(
         steps,
         initial_mean=nothing,
-        loading_mean=nothing,
+        loading_mean=nothing[None],
         running_in=(0.0, steps.running_in[1]),
     )
     correction = smooth(around_zero, precision, information - said)

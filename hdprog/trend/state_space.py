@@ -44,7 +44,11 @@ _SETTLING = 0.02  # units of wear before which the rate is not spoken of
 
 @dataclass(frozen=True)
 class Hyperparameters:
-    """Values of the hyperparameters, each (draws,); see priors/trend.toml."""
+    """Values of the hyperparameters, each (draws,); see priors/trend.toml.
+
+    Under each the loadings have the mean `loading_mean`, (draws, n) or (1, n) where it is the
+    same for all, and the standard deviation `loading_sd`, (n,).
+    """
 
     clock: WearClock
     running_in_length: FloatArray
@@ -53,11 +57,15 @@ class Hyperparameters:
     own_volatility: FloatArray
     scatter: FloatArray
     load_share: FloatArray
+    loading_mean: FloatArray
+    loading_sd: FloatArray
 
     @staticmethod
     def of(deviates: FloatArray, prior: WearPrior) -> Hyperparameters:
         """From standard normal deviates (draws, 9)."""
-        rate, exponent, curvature, length, volatility, change, own, scatter, load = deviates.T
+        known = prior.deviates(deviates)
+        loadings, loading_sd = prior.loadings_given(known)
+        rate, exponent, curvature, length, volatility, change, own, scatter, load = known.T
         return Hyperparameters(
             WearClock(
                 prior.wear_rate.at(rate),
@@ -71,6 +79,8 @@ class Hyperparameters:
             prior.own_volatility.at(own),
             prior.remounting_scatter.at(scatter),
             prior.load_share.at(load),
+            loadings,
+            loading_sd,
         )
 
     def named(self) -> dict[str, FloatArray]:
@@ -155,7 +165,8 @@ class Steps:
     Attributes
     ----------
     initial_mean, initial_variance : (n,) of x_0
-    loading_mean, loading_variance : (n,) of L
+    loading_mean : (draws, n) of L, or (1, n) where it is the same for all
+    loading_variance : (n,) of L
     direction : (n,) m of shared random wear, the expected loadings
     running_in : mean and variance of r
     begins : (times,) where x, L and r start anew
@@ -204,8 +215,8 @@ class Steps:
         return Steps(
             prior.mean,
             prior.sd**2,
-            wear_prior.loading_mean,
-            wear_prior.loading_sd**2,
+            values.loading_mean,
+            values.loading_sd**2,
             wear_prior.loading_mean,
             (wear_prior.running_in.mean, wear_prior.running_in.sd**2),
             timeline.begins,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from statistics import NormalDist
 
 import numpy as np
 
@@ -11,11 +12,14 @@ from hdprog.inference.priors import Prior
 from hdprog.inference.summarise import figure_requests
 from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.physics.parameters import FloatArray
-from hdprog.results import LEVELS, FigureTrend, TrendSummary
+from hdprog.results import LEVELS, FigureTrend, FleetShare, Shrinkage, TrendSummary, WearSaid
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.figure_paths import figure_paths
+from hdprog.trend.fleet import Said
 from hdprog.trend.followed_effects import FollowedEffects
+from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters
 from hdprog.trend.trend import Trend
+from hdprog.trend.what_tests_say import DEVIATES, what_tests_say
 
 MODEL = (
     "one wear coordinate behind all parameters, w = (1 − exp(−κu))/κ with u = A·(hours/h)^p, whose "
@@ -72,7 +76,7 @@ def summarise(
     coordinates = trend.paths(hours, rng, _DRAWS)
     measured = trend.measured(rng, _DRAWS)
     test_hours = np.array([test.service_hours for test in trend.tests])
-    figures, said = {}, []
+    figures, remarks = {}, []
     for request in requests:
         own = [
             own_figures(test, request, trend.prior, operation, trend.followed)
@@ -88,8 +92,11 @@ def summarise(
             np.stack([np.quantile(values, LEVELS) for values in own], axis=1),
         )
         joint = figure_paths(request, measured, trend.prior, operation, trend.followed)
-        said += mismatches(request.key, own, joint)
+        remarks += mismatches(request.key, own, joint)
+    said = what_tests_say(trend, rng)
     return TrendSummary(
+        says=WearSaid(trend.wear_prior.identity, DEVIATES, said.precision, said.information),
+        fleet=_fleet_share(trend, said),
         model=MODEL + _beside(trend.followed),
         followed=() if trend.followed is None else trend.followed.ids,
         hyperparameters=_levels(trend.hyperparameters()),
@@ -102,7 +109,7 @@ def summarise(
             "linearisation_steps": float(trend.mode.steps),
         },
         converged=trend.converged,
-        warnings=(*trend.warnings, *said),
+        warnings=(*trend.warnings, *remarks),
     )
 
 
@@ -139,6 +146,27 @@ def mismatches(key: str, own: Sequence[FloatArray], joint: FloatArray) -> list[s
         f"The trend does not reproduce {key} of test {', '.join(tests)} (at worst it has "
         f"{worst[1]}): read the forecast of {key} with care."
     ]
+
+
+def _fleet_share(trend: Trend, said: Said) -> FleetShare | None:
+    """How each hyperparameter in use shrinks from the shipped prior to this drive."""
+    fleet, shipped = trend.wear_prior.fleet, trend.wear_prior.without_fleet()
+    if fleet is None:
+        return None
+    none = np.zeros(len(DEVIATES)), np.eye(len(DEVIATES))
+    each = [none, (fleet.mean, fleet.covariance), said.posterior(*none)]
+    scores = np.array([NormalDist().inv_cdf(level) for level in LEVELS])
+    levels = []
+    for mean, covariance in each:
+        deviates = mean + np.outer(scores, np.sqrt(np.diag(covariance)))
+        values = Hyperparameters.of(deviates[:, : len(HYPERPARAMETERS)], shipped).named()
+        levels.append(
+            {name: dict(zip(LEVELS, found.tolist(), strict=True)) for name, found in values.items()}
+        )
+    return FleetShare(
+        fleet.drives,
+        {name: Shrinkage(*(found[name] for found in levels)) for name in trend.hyperparameters()},
+    )
 
 
 def _beside(followed: FollowedEffects | None) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import tomllib
 from dataclasses import dataclass
@@ -15,12 +16,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from hdprog.errors import BadInputError
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.shipped import shipped
+from hdprog.trend.fleet import FleetPrior
 
 FILE = "trend.toml"
 
 
 class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
 
 
 class LogNormal(_Strict):
@@ -88,7 +90,8 @@ class EffectPrior(_Strict):
 class WearPrior(_Strict):
     """Prior of wear, as priors/trend.toml gives it; see the comments there.
 
-    Its arrays are (n,): eight wear coordinates, then `followed` amplitudes of effects.
+    Its arrays are (n,): eight wear coordinates, then `followed` amplitudes of effects. `fleet` is
+    what other drives add to the file.
     """
 
     name: str
@@ -111,17 +114,58 @@ class WearPrior(_Strict):
     regreased: dict[str, float]
     reassembled: dict[str, float]
     followed: int = 0
+    fleet: FleetPrior | None = None
+
+    @property
+    def identity(self) -> str:
+        """Digest of the file's content: deviates of different files do not compare."""
+        content = self.model_dump_json(exclude={"followed", "fleet"})
+        return hashlib.sha256(content.encode()).hexdigest()[:16]
+
+    def learnt_from(self, fleet: FleetPrior) -> WearPrior:
+        """The same for a drive of a fleet."""
+        return self._with(fleet=fleet)
+
+    def without_fleet(self) -> WearPrior:
+        """The same as its file gives it."""
+        return self._with(fleet=None)
+
+    def deviates(self, standard: FloatArray) -> FloatArray:
+        """Deviates of hyperparameters (draws, k) from standard normal ones; the fleet's, if any."""
+        if self.fleet is None:
+            return standard
+        count = standard.shape[1]
+        root = np.linalg.cholesky(self.fleet.covariance[:count, :count])
+        return np.asarray(self.fleet.mean[:count] + standard @ root.T)
+
+    def loadings_given(self, deviates: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Mean (draws, n) and sd (n,) of the loadings, given hyperparameters' deviates (draws, k).
+
+        Without a fleet they do not hang together: the mean is (1, n).
+        """
+        if self.fleet is None:
+            return self.loading_mean[None], self.loading_sd
+        mean, sd = self.fleet.of_loadings(deviates)
+        shipped = self.without_fleet()
+        spread = np.array([self.loadings[name].sd for name in NAMES])
+        beside = np.zeros((len(mean), self.followed))
+        centre = shipped.loading_mean + np.hstack([spread * mean, beside])
+        return centre, np.concatenate([spread * sd, shipped.loading_sd[len(NAMES) :]])
 
     def following(self, amplitudes: int) -> WearPrior:
         """The same for a state with so many amplitudes of effects."""
-        return WearPrior.model_validate({**self.model_dump(), "followed": amplitudes})
+        return self._with(followed=amplitudes)
+
+    def _with(self, **changed: object) -> WearPrior:
+        fields = {name: getattr(self, name) for name in WearPrior.model_fields}
+        return WearPrior.model_validate(fields | changed)
 
     def _extended(self, coordinates: list[float], amplitude: float) -> FloatArray:
         return np.array(coordinates + [amplitude] * self.followed)
 
     @cached_property
     def loading_mean(self) -> FloatArray:
-        """(n,) expected change of each coordinate per unit of wear."""
+        """(n,) change of each coordinate per unit of wear that the file expects."""
         return self._extended([self.loadings[name].mean for name in NAMES], 0.0)
 
     @cached_property

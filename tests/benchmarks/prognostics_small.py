@@ -29,7 +29,7 @@ from hdprog.forecast.limits import request_of
 from hdprog.forecast.scores import covers, crps, probability_integral_transform
 from hdprog.physics.figures import Operation
 from hdprog.trend.figure_paths import figure_paths
-from hdprog.trend.trend import fit_trend
+from hdprog.trend.fitting import fit_trend
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.independent.drives import LAWS, first_crossing, random_wear
 from tests.independent.loops import scatter
@@ -55,13 +55,17 @@ class WearingDrive:
 
 
 def wearing_drive(
-    number: int, count: int, rng: np.random.Generator, fixed: bool = False
+    number: int,
+    count: int,
+    rng: np.random.Generator,
+    fixed: bool = False,
+    horizon: float | None = None,
 ) -> WearingDrive:
     """One drive with `count` tests over 50-80 % of its horizon."""
     law = LAWS[number % len(LAWS)]
-    life = random_wear(rng, law)
+    life = random_wear(rng, law, horizon)
     while not life.limits:
-        life = random_wear(rng, law)
+        life = random_wear(rng, law, horizon)
     horizon = float(life.hours[-1])
     gaps = rng.gamma(2.5, size=count - 1)
     last = float(rng.uniform(0.5, 0.8)) * horizon

@@ -24,6 +24,7 @@ def test_run_says_verdict_and_where(invoke: Invoke, workflow: Workflow) -> None:
         "quick": True,
         "explain": True,
         "loads": (),
+        "fleet": None,
         "progress": None,
     }
     [(_, command)] = workflow.outcome.written

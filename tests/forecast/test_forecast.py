@@ -12,7 +12,8 @@ from hdprog.forecast.crossing import forecast
 from hdprog.forecast.limits import margins
 from hdprog.physics.figures import Operation
 from hdprog.results import LEVELS
-from hdprog.trend.trend import Trend, fit_trend
+from hdprog.trend.fitting import fit_trend
+from hdprog.trend.trend import Trend
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.trend.stand_in import ALPHA, PRIOR, wearing_drive
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from hdprog.physics.parameters import NAMES
+from hdprog.trend.fitting import fit_trend
 from hdprog.trend.observation import Observations
 from hdprog.trend.smoother import smooth
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
-from hdprog.trend.trend import fit_trend
 from hdprog.trend.wear_coordinates import Information, StatePrior, from_loop
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.trend.stand_in import PRIOR

@@ -18,9 +18,9 @@ from hdprog.physics.drive_model import predict
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.figures import ARCMIN_PER_RAD, FigureRequest, Operation, figure
 from hdprog.trend.figure_paths import figure_paths
+from hdprog.trend.fitting import fit_trend
 from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.loop_evidence import FittedLoop
-from hdprog.trend.trend import fit_trend
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.physics.table2 import POST_TEST
 

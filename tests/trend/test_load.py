@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hdprog.trend.fitting import fit_trend
 from hdprog.trend.state_space import LOAD_SHARE
-from hdprog.trend.trend import fit_trend
 from hdprog.trend.wear_clock import ServiceClock, hours_by_load
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.trend.stand_in import PRIOR, wearing_drive

@@ -47,7 +47,7 @@ def dense(steps: Steps, number: int) -> tuple[np.ndarray, np.ndarray]:
     for start, end in ((0, 4), (4, 6)):
         wear = np.cumsum(steps.wear[number, start:end])
         passed = np.cumsum(steps.passed[number, start:end])
-        mean[start:end] = steps.initial_mean + wear[:, None] * steps.loading_mean
+        mean[start:end] = steps.initial_mean + wear[:, None] * steps.loading_mean[0]
         initial, loading = np.zeros((2, 6, 8, 8))
         initial[start:end] = np.diag(np.sqrt(steps.initial_variance))
         loading[start:end] = wear[:, None, None] * np.diag(np.sqrt(steps.loading_variance))

@@ -48,7 +48,7 @@ class Case:
         """Transition matrix, intercept and covariance into each time, states and carried joined."""
         steps = self.steps
         first_mean = np.concatenate(
-            [steps.initial_mean, steps.loading_mean, [steps.running_in[0], 0.0]]
+            [steps.initial_mean, steps.loading_mean[0], [steps.running_in[0], 0.0]]
         )
         first_variance = np.concatenate(
             [steps.initial_variance, steps.loading_variance, [steps.running_in[1], 0.0]]

@@ -13,8 +13,9 @@ from hdprog.forecast.crossing import forecast
 from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.physics.parameters import NAMES
 from hdprog.trend.figure_paths import figure_paths
+from hdprog.trend.fitting import fit_trend
 from hdprog.trend.summary import mismatches
-from hdprog.trend.trend import Trend, fit_trend
+from hdprog.trend.trend import Trend
 from hdprog.trend.wear_coordinates import from_loop, linearise, to_loop
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.trend.stand_in import ALPHA, NEW, PRIOR, WEAR, SimulatedLoop, wearing_drive

@@ -288,3 +288,59 @@ def test_a_horizon_behind_the_last_test_is_refused_before_any_fit(
     edit(folder, "horizon_hours = 20000.0", "horizon_hours = 800.0")
     with pytest.raises(BadInputError, match="horizon"):
         hdprog.run(folder, quick=True)
+
+
+def test_a_new_drive_learns_from_the_fleet(
+    outcome: Outcome, written: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(workflow, "QUICK", SHORT)  # the trend is what is looked at
+    # The finished drive has worn at a known pace; the fleet shall hold four like it.
+    fleet = tmp_path / "fleet"
+    for name in ("one", "two", "three", "four"):
+        text = (written / "summary.json").read_text("utf-8")
+        content = json.loads(text) | {"drive": {"id": name}}
+        (fleet / name).mkdir(parents=True)
+        (fleet / name / "summary.json").write_text(json.dumps(content), "utf-8")
+    (fleet / "notes").mkdir()
+    (fleet / "notes" / "summary.json").write_text('{"schema": "another"}', "utf-8")
+    folder = subset(tmp_path / "drive", ["t02"])
+    alone = hdprog.run(folder, quick=True, explain=False, workers=1)
+    taught = hdprog.run(folder, quick=True, explain=False, workers=1, fleet=fleet)
+    trend = taught.summary()["trend"]
+    assert trend["fleet"]["drives"] == ["four", "one", "three", "two"]
+    assert ["another" in said for said in trend["fleet"]["left_out"]] == [True]
+    pace = trend["fleet"]["hyperparameters"]["wear_rate"]
+
+    def breadth(levels: dict[str, float]) -> float:
+        return float(np.log(levels["q95"] / levels["q05"]))
+
+    assert breadth(pace["fleet"]) < 0.8 * breadth(pace["any_drive"])
+    known = outcome.summary()["trend"]["hyperparameters"]["wear_rate"]["q50"]
+    assert pace["fleet"]["q05"] < known < pace["fleet"]["q95"]
+    assert alone.summary()["trend"]["fleet"] is None
+    assert "comes from the fleet, not from the drive" in taught.verdict
+    assert "comes from the prior, not from the drive" in alone.verdict
+    taught.write(tmp_path / "out")
+    page = Page((tmp_path / "out" / "report.html").read_text("utf-8")).text
+    assert "Learnt from the finished runs of 4 other drives: four, one, three and two" in page
+    # What a drive tells others is what its own tests say: the fleet is not passed on.
+    says = taught.summary()["trend"]["says"]
+    own = alone.summary()["trend"]["says"]
+    assert says["wear_prior"] == own["wear_prior"]
+    rate = says["deviates"].index("wear_rate")
+    assert says["precision"][rate][rate] < own["precision"][rate][rate] + 2.0
+
+
+def test_a_fleet_without_a_finished_run_is_refused(written: Path, tmp_path: Path) -> None:
+    folder = subset(tmp_path / "drive", ["t10"])
+    with pytest.raises(BadInputError, match="no folder"):
+        hdprog.run(folder, quick=True, fleet=tmp_path / "nowhere")
+    with pytest.raises(BadInputError, match="no finished run of another drive"):
+        hdprog.run(folder, quick=True, fleet=written)  # its own run
+    content = json.loads((written / "summary.json").read_text("utf-8"))
+    content["drive"]["id"] = "other"
+    content["trend"]["says"]["wear_prior"] = "of another year"
+    (tmp_path / "fleet").mkdir()
+    (tmp_path / "fleet" / "summary.json").write_text(json.dumps(content), "utf-8")
+    with pytest.raises(BadInputError, match="another wear prior"):
+        hdprog.run(folder, quick=True, fleet=tmp_path / "fleet")

@@ -168,6 +168,13 @@ def _trend(trend: TrendSummary) -> str:
         if carried
         else " The tests moved all its hyperparameters away from the prior."
     )
+    if trend.fleet is not None:
+        many = counted(len(trend.fleet.drives), "other drive")
+        told += (
+            f" Its prior is that of the fleet, learnt from the tests of {many}: each "
+            "hyperparameter and loading is a fleet's mean and a drive's own departure, whose "
+            "shares are unknown."
+        )
     doubt = "" if trend.converged else " The trend did not converge: its numbers are provisional."
     return f"{trend.model.rstrip('.')}.{told}{doubt}"
 

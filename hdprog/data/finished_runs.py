@@ -1,0 +1,129 @@
+"""What finished runs of other drives say of wear, read from their summary.json."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hdprog.errors import BadInputError
+from hdprog.physics.parameters import FloatArray
+
+SUMMARY = "summary.json"
+SCHEMA = "hdprog.summary/1"
+
+
+@dataclass(frozen=True)
+class FinishedRun:
+    """What the tests of one drive say of its wear, its priors left out.
+
+    Attributes
+    ----------
+    drive_id, path : of the drive, and the summary that was read
+    created : ISO 8601, when it was made
+    wear_prior : identity of the wear prior whose deviates z these are
+    precision, information : Λ (k, k), η (k,) of the log likelihood −½ zᵀΛz + ηᵀz
+    """
+
+    drive_id: str
+    path: Path
+    created: str
+    wear_prior: str
+    precision: FloatArray
+    information: FloatArray
+
+
+@dataclass(frozen=True)
+class FinishedRuns:
+    """Usable runs, the newest of each drive, in order of the drives' ids; and what was left out.
+
+    Attributes
+    ----------
+    runs : of other drives
+    left_out : in words
+    """
+
+    runs: tuple[FinishedRun, ...]
+    left_out: tuple[str, ...]
+
+
+def read_finished_runs(folder: Path, *, own_id: str, wear_prior: str) -> FinishedRuns:
+    """Finished runs of other drives below a folder.
+
+    Parameters
+    ----------
+    folder : searched with all below it for summary.json
+    own_id : of the drive that wants to learn; its own runs do not count
+    wear_prior : identity of the wear prior in use; runs under another one do not compare
+
+    Raises
+    ------
+    BadInputError
+        where there is no such folder, or not one usable run in it
+    """
+    if not folder.is_dir():
+        raise BadInputError(
+            found=f"no folder {folder}",
+            where="--fleet",
+            expected="a folder with finished runs of other drives below it",
+            advice="Give the folder that `hdprog run --out` of the other drives wrote into.",
+        )
+    newest: dict[str, FinishedRun] = {}
+    left_out = []
+    for path in sorted(folder.rglob(SUMMARY)):
+        try:
+            found = _read(path)
+        except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+            left_out.append(f"{path}: not a summary of a finished run ({error})")
+            continue
+        if found is None or found.drive_id == own_id:
+            continue
+        if found.wear_prior != wear_prior:
+            left_out.append(f"{path}: made with another wear prior; run the drive again")
+            continue
+        known = newest.get(found.drive_id)
+        if known is None or known.created < found.created:
+            newest[found.drive_id] = found
+    if not newest:
+        said = " ".join(left_out)
+        raise BadInputError(
+            found=f"no finished run of another drive below {folder}"
+            + (f": {said}" if said else ""),
+            where="--fleet",
+            expected="at least one summary.json that `hdprog run` has written for another drive "
+            "with a converged trend",
+            advice="Run the other drives first, with --out below that folder.",
+        )
+    return FinishedRuns(tuple(newest[name] for name in sorted(newest)), tuple(left_out))
+
+
+def _read(path: Path) -> FinishedRun | None:
+    """A run with a converged trend, or None for a summary of anything else."""
+    content = json.loads(path.read_text("utf-8"))
+    if content.get("schema") != SCHEMA:
+        raise ValueError(f'"schema" is {content.get("schema")!r}, not {SCHEMA!r}')
+    trend = content.get("trend")
+    if trend is None or not trend["converged"]:
+        return None
+    if "says" not in trend:
+        raise ValueError("made by an older version, which did not keep what its tests say of wear")
+    says = trend["says"]
+    precision = np.array(says["precision"], dtype=float)
+    information = np.array(says["information"], dtype=float)
+    size = len(says["deviates"])
+    if precision.shape != (size, size) or information.shape != (size,):
+        raise ValueError(f"what its tests say is not of {size} deviates")
+    if not (np.isfinite(precision).all() and np.isfinite(information).all()):
+        raise ValueError("what its tests say holds numbers that are not finite")
+    if np.linalg.eigvalsh(precision)[0] < -1e-6 * max(1.0, float(np.abs(precision).max())):
+        raise ValueError("what its tests say has a negative precision")
+    return FinishedRun(
+        str(content["drive"]["id"]),
+        path,
+        str(content["provenance"]["created"]),
+        str(says["wear_prior"]),
+        precision,
+        information,
+    )

@@ -1,0 +1,149 @@
+"""Fit the trend: hyperparameters, and one point of linearisation for all loops, in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hdprog.config.drive import DEFAULT_ALPHA
+from hdprog.inference.priors import Prior
+from hdprog.physics.parameters import FloatArray
+from hdprog.trend.evidence import LoopEvidence, in_order
+from hdprog.trend.followed_effects import FollowedEffects
+from hdprog.trend.hyperparameters import (
+    FULL,
+    QUICK,
+    HyperparameterDraws,
+    LogDensity,
+    mode_of,
+    sample,
+    starting_walkers,
+)
+from hdprog.trend.observation import Observations
+from hdprog.trend.relinearise import JointMode, JointPrior, joint_mode, moved
+from hdprog.trend.smoother import log_evidence
+from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
+from hdprog.trend.trend import Trend
+from hdprog.trend.wear_clock import ServiceClock
+from hdprog.trend.wear_coordinates import StatePrior, from_loop, linearise
+from hdprog.trend.wear_prior import WearPrior
+
+_FARTHEST_DEVIATE = 6.0  # of a hyperparameter from its prior's median, in its prior's spreads
+_MOST_WEAR = 30.0  # units up to the last test; one unit leaves an eighth of the teeth's stiffness
+_UNWORN = np.array([-4.0] + [0.0] * (len(HYPERPARAMETERS) - 1))
+_MOVED_ENOUGH = 0.3  # posterior spreads per coordinate after which the loops are taken anew
+_ROUNDS = 3
+
+
+def fit_trend(
+    evidence: Sequence[LoopEvidence],
+    prior: Prior,
+    wear_prior: WearPrior,
+    rng: np.random.Generator,
+    quick: bool = False,
+    alpha: float = DEFAULT_ALPHA,
+    followed: FollowedEffects | None = None,
+) -> Trend:
+    """Fit the trend to a drive's tests.
+
+    Parameters
+    ----------
+    evidence : the tests, in any order
+    prior : of the loops' coordinates; counts once a drive, not once a test
+    wear_prior : see `read_wear_prior`
+    rng : source of randomness
+    quick : fewer draws
+    alpha : gear-tooth angle in rad
+    followed : effects whose amplitudes the evidence has as part of the state
+
+    Raises
+    ------
+    BadInputError
+        without tests, or for hours or events that cannot be
+    """
+    tests = in_order(evidence)
+    if followed is not None:
+        wear_prior = wear_prior.following(followed.size)
+    clock = ServiceClock.of(tests)
+    timeline, _ = Timeline.of(tests, clock, wear_prior)
+    state_prior = StatePrior.of(prior, wear_prior)
+
+    def steps_of(deviates: FloatArray) -> tuple[Steps, FloatArray]:
+        values = Hyperparameters.of(deviates, wear_prior)
+        return Steps.of(timeline, values, state_prior, wear_prior), values.scatter
+
+    def joint_prior(deviates: FloatArray) -> JointPrior:
+        steps, scatter = steps_of(deviates[None])
+        return JointPrior.of(steps, float(scatter[0]), wear_prior.scales)
+
+    def density_at(mode: JointMode) -> LogDensity:
+        seen = Observations.of(mode.loops, wear_prior.scales)
+
+        def log_density(deviates: FloatArray) -> FloatArray:
+            inside = np.abs(deviates).max(axis=1) < _FARTHEST_DEVIATE
+            inside &= steps_of(deviates)[0].passed.sum(axis=1) < _MOST_WEAR
+            safe = np.where(inside[:, None], deviates, _UNWORN)
+            evidence = log_evidence(*steps_of(safe), seen)
+            inside &= np.isfinite(evidence)
+            return np.where(inside, evidence - 0.5 * np.sum(deviates**2, axis=1), -np.inf)
+
+        return log_density
+
+    start = from_loop(np.stack([test.posterior.mean(axis=0) for test in tests]))
+    loops = tuple(linearise(test, point) for test, point in zip(tests, start, strict=True))
+    found = JointMode(start, loops, converged=False, steps=0)
+    starts = np.concatenate([_UNWORN[None], rng.standard_normal((63, _UNWORN.size))])
+    for _ in range(_ROUNDS):
+        best = mode_of(density_at(found), starts)
+        found = joint_mode(tests, found.points, joint_prior(best))
+        starts = np.concatenate([best[None], best + 0.3 * rng.standard_normal((7, best.size))])
+    walkers = starting_walkers(density_at(found), best, rng)
+    # A first, short run finds where the hyperparameters lie; the loops are taken anew there.
+    first = sample(density_at(found), walkers, 60, 60, rng)
+    walkers, centre = first.chains[:, -1], joint_prior(first.flat.mean(axis=0))
+    effort = QUICK if quick else FULL
+    for _ in range(_ROUNDS):
+        found = joint_mode(tests, found.points, centre)
+        draws = sample(density_at(found), walkers, 40, effort.steps, rng, effort)
+        walkers, centre = draws.chains[:, -1], joint_prior(draws.flat.mean(axis=0))
+        final = joint_mode(tests, found.points, centre)
+        distance = moved(found.points, final, centre)
+        if distance < _MOVED_ENOUGH:
+            break
+    said = _warnings(tests, final, draws, distance, wear_prior)
+    return Trend(tests, prior, wear_prior, clock, final, draws, said, alpha, followed)
+
+
+def _warnings(
+    tests: Sequence[LoopEvidence],
+    found: JointMode,
+    draws: HyperparameterDraws,
+    distance: float,
+    wear_prior: WearPrior,
+) -> tuple[str, ...]:
+    said = []
+    carrier = "the wear prior" if wear_prior.fleet is None else "the fleet"
+    if len(tests) == 1:
+        said.append(
+            f"There is one test only: how fast the drive wears is told by {carrier}, not the drive."
+        )
+    elif len(tests) < 4:
+        said.append(f"There are {len(tests)} tests only: {carrier} carries much of the forecast.")
+    if any(test.event == "replaced" for test in tests[1:]):
+        said.append(
+            "The drive was replaced: the state starts anew there; its pace and scatter are taken "
+            "to be like those of the one before."
+        )
+    if not found.converged or distance > _MOVED_ENOUGH:
+        said.append(
+            "The joint linearisation of the loops did not come to rest "
+            f"(last move {distance:.2g} posterior spreads); the forecast is marked."
+        )
+    if not draws.converged:
+        said.append(
+            "The trend's hyperparameters did not converge "
+            f"(R-hat {draws.rhat:.3f}, effective draws {draws.ess_bulk:.0f} in the bulk and "
+            f"{draws.ess_tail:.0f} in the tails); the forecast is marked."
+        )
+    return tuple(said)

@@ -1,0 +1,150 @@
+"""What other drives of a fleet tell a drive of its wear, before its own tests: partial pooling.
+
+Every hyperparameter and loading is a standard normal deviate under the shipped prior, which is
+that of any drive of any fleet. Part of that spread is between fleets, the rest between the drives
+of one; for each deviate k of drive i
+
+    z_ik = M_k + ε_ik,   M_k ~ N(0, ρ_k),   ε_ik ~ N(0, 1 − ρ_k),   ρ_k uniform in (0, 1)
+
+so that without other drives a drive's prior is the shipped one, and with many it is theirs. Of
+another drive only what its tests say beyond its prior is used, exp(−½ zᵀΛz + ηᵀz), so no prior
+counts twice; pace of wear and loadings are kept together, for their product is known best. The
+posterior of M, ρ and the drives' z is drawn by Gibbs' sampler (the normal hierarchical model:
+Gelman et al., Bayesian Data Analysis, 3rd ed. 2013, section 11.6); what it predicts for the next
+drive is passed on as a Gaussian of its mean and covariance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdprog.physics.parameters import NAMES, FloatArray
+
+_SHARES = np.linspace(0.02, 0.98, 49)
+_WARM_UP, _SWEEPS = 200, 1500
+_SEED = 0  # pooling is a calculation: the same drives always give the same prior
+
+
+@dataclass(frozen=True)
+class Said:
+    """What a drive's tests say of its deviates z (k,) beyond its prior: −½ zᵀΛz + ηᵀz.
+
+    Attributes
+    ----------
+    precision, information : Λ (k, k), η (k,); zero where they say nothing
+    """
+
+    precision: FloatArray
+    information: FloatArray
+
+    @staticmethod
+    def of(draws: FloatArray, mean: FloatArray, covariance: FloatArray, worth: float) -> Said:
+        """Divide a Gaussian prior out of draws from the posterior.
+
+        A direction counts where the draws are narrower than draws of the prior itself could be by
+        chance (the lower edge of Marchenko & Pastur's law, 1967).
+
+        Parameters
+        ----------
+        draws : (draws, k)
+        mean, covariance : (k,), (k, k) of the prior that they were drawn under
+        worth : independent draws that they are worth
+        """
+        size = mean.size
+        nothing = Said(np.zeros((size, size)), np.zeros(size))
+        if worth <= size:
+            return nothing
+        unit = np.linalg.inv(np.linalg.cholesky(covariance))
+        standard = (draws - mean) @ unit.T
+        variance, axes = np.linalg.eigh(np.cov(standard.T))
+        seen = variance < (1.0 - np.sqrt(size / worth)) ** 2
+        variance, axes = np.maximum(variance[seen], 1e-12), axes[:, seen]
+        precision = (axes * (1.0 / variance - 1.0)) @ axes.T
+        pull = axes @ (axes.T @ standard.mean(axis=0) / variance)
+        precision = unit.T @ precision @ unit
+        return Said(precision, unit.T @ pull + precision @ mean)
+
+    def posterior(self, mean: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Mean (k,) and covariance (k, k) under a Gaussian prior."""
+        own = np.linalg.inv(covariance)
+        found = np.asarray(np.linalg.inv(own + self.precision))
+        return found @ (self.information + own @ mean), found
+
+
+@dataclass(frozen=True)
+class FleetPrior:
+    """The prior of a drive's deviates that other drives of its fleet make.
+
+    Attributes
+    ----------
+    drives : ids of the other drives
+    mean, covariance : (k,), (k, k) of the deviates: hyperparameters, then loadings
+    """
+
+    drives: tuple[str, ...]
+    mean: FloatArray
+    covariance: FloatArray
+
+    @staticmethod
+    def of(drives: Sequence[str], said: Sequence[Said]) -> FleetPrior:
+        """Pool what each of the drives said; the shipped prior where there is none."""
+        size = said[0].information.size
+        rng = np.random.default_rng(_SEED)
+        precision = np.stack([one.precision for one in said])
+        information = np.stack([one.information for one in said])
+        centre, share = np.zeros(size), np.full(size, 0.5)
+        means, variances = [], []
+        for sweep in range(_WARM_UP + _SWEEPS):
+            own = _draw_drives(precision, information, centre, 1.0 - share, rng)
+            weight = 1.0 / share + len(said) / (1.0 - share)
+            mean = own.sum(axis=0) / (1.0 - share) / weight
+            centre = mean + rng.standard_normal(size) / np.sqrt(weight)
+            share = _draw_shares(own, centre, rng)
+            if sweep >= _WARM_UP:
+                means.append(centre)
+                variances.append(1.0 - share)
+        drawn = np.array(means)
+        covariance = np.cov(drawn.T) + np.diag(np.mean(variances, axis=0))
+        return FleetPrior(tuple(drives), drawn.mean(axis=0), covariance)
+
+    def of_loadings(self, hyperparameters: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Mean (draws, 8) and sd (8,) of the loadings' deviates, given those before them.
+
+        Parameters
+        ----------
+        hyperparameters : (draws, k − 8) deviates
+        """
+        first = self.mean.size - len(NAMES)
+        cross = self.covariance[first:, :first]
+        slope = np.linalg.solve(self.covariance[:first, :first], cross.T)
+        mean = self.mean[first:] + (hyperparameters - self.mean[:first]) @ slope
+        left = np.diag(self.covariance[first:, first:]) - np.einsum("ij,ji->i", cross, slope)
+        return mean, np.sqrt(left)
+
+
+def _draw_drives(
+    precision: FloatArray,
+    information: FloatArray,
+    centre: FloatArray,
+    variance: FloatArray,
+    rng: np.random.Generator,
+) -> FloatArray:
+    """Draw every drive's deviates (drives, k), given the fleet's mean and variance (k,)."""
+    factor = np.linalg.cholesky(precision + np.diag(1.0 / variance))
+    pull = (information + centre / variance)[..., None]
+    noise = rng.standard_normal(pull.shape)
+    upper = np.swapaxes(factor, -1, -2)
+    return np.asarray(np.linalg.solve(upper, np.linalg.solve(factor, pull) + noise)[..., 0])
+
+
+def _draw_shares(own: FloatArray, centre: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Draw ρ (k,) given the drives' deviates (drives, k) and the fleet's mean (k,)."""
+    squares = ((own - centre) ** 2).sum(axis=0)
+    between, within = _SHARES[:, None], 1.0 - _SHARES[:, None]
+    log_density = -0.5 * (
+        np.log(between) + centre**2 / between + len(own) * np.log(within) + squares / within
+    )
+    return np.asarray(_SHARES[np.argmax(log_density + rng.gumbel(size=log_density.shape), axis=0)])

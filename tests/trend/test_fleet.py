@@ -1,0 +1,120 @@
+"""Partial pooling: what other drives say becomes a drive's prior, no more and no less."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hdprog.physics.parameters import NAMES
+from hdprog.trend.fleet import FleetPrior, Said
+from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters
+from hdprog.trend.wear_prior import read_wear_prior
+from hdprog.trend.what_tests_say import DEVIATES
+
+SIZE = len(DEVIATES)
+
+
+def exactly(value: np.ndarray, precision: float) -> Said:
+    """A drive whose tests know all its deviates equally well."""
+    return Said(precision * np.eye(value.size), precision * value)
+
+
+def test_drives_that_say_nothing_leave_the_shipped_prior() -> None:
+    fleet = FleetPrior.of(["a", "b"], [exactly(np.zeros(4), 0.0)] * 2)
+    # Some 1 500 sweeps: means within 0.1, variances within 0.1.
+    np.testing.assert_allclose(fleet.mean, 0.0, atol=0.1)
+    np.testing.assert_allclose(fleet.covariance, np.eye(4), atol=0.1)
+
+
+def test_many_precise_drives_overrule_the_shipped_prior() -> None:
+    rng = np.random.default_rng(0)
+    told = np.array([1.5, -2.0, 0.0]) + 0.3 * rng.standard_normal((60, 3))
+    fleet = FleetPrior.of([str(n) for n in range(60)], [exactly(one, 1e4) for one in told])
+    np.testing.assert_allclose(fleet.mean, told.mean(axis=0), atol=0.05)
+    np.testing.assert_allclose(np.sqrt(np.diag(fleet.covariance)), 0.3, rtol=0.3)
+
+
+def test_one_drive_tells_part() -> None:
+    fleet = FleetPrior.of(["a"], [exactly(np.array([2.0, 0.0]), 1e6)])
+    assert 0.5 < fleet.mean[0] < 1.6
+    assert 0.5 < fleet.covariance[0, 0] < 1.1
+
+
+def test_deviates_known_by_their_sum_alone_stay_together() -> None:
+    """Pace and loading, of which tests know the product: the sum is learnt, the parts are not."""
+    along = np.array([[1.0, 1.0], [1.0, 1.0]])
+    rng = np.random.default_rng(1)
+    said = [Said(400 * along, 400 * (3.0 + 0.1 * rng.standard_normal()) * np.ones(2))] * 12
+    fleet = FleetPrior.of([str(n) for n in range(12)], said)
+    spread_of_sum = np.sqrt(fleet.covariance.sum())
+    assert fleet.mean.sum() == pytest.approx(3.0, abs=0.3)
+    assert spread_of_sum < 0.5
+    assert np.sqrt(fleet.covariance[0, 0]) > 0.4
+
+
+@pytest.mark.parametrize("drives", [1, 3, 10])
+def test_the_next_drive_falls_where_the_fleet_says(drives: int) -> None:
+    """Normal scores of the next drive's 40 deviates over 12 fleets; a false alarm in 1 000."""
+    rng = np.random.default_rng(drives)
+    scores, size = [], 40
+    for _ in range(12):
+        share = rng.uniform(size=size)
+        mean = np.sqrt(share) * rng.standard_normal(size)
+        own = mean + np.sqrt(1 - share) * rng.standard_normal((drives + 1, size))
+        precision = np.exp(rng.uniform(-1, 3, size=(drives, size)))
+        told = own[:-1] + rng.standard_normal((drives, size)) / np.sqrt(precision)
+        said = [Said(np.diag(p), p * y) for y, p in zip(told, precision, strict=True)]
+        fleet = FleetPrior.of([str(n) for n in range(drives)], said)
+        scores.extend((own[-1] - fleet.mean) / np.sqrt(np.diag(fleet.covariance)))
+    found = np.array(scores)
+    error = 3.3 / np.sqrt(found.size)
+    assert abs(found.mean()) < error
+    # The predictive is a mixture of spreads: its variance is right, its tails are longer.
+    assert abs((found**2).mean() - 1) < error * (found**2).std()
+
+
+def test_a_prior_is_divided_out_of_the_draws() -> None:
+    """Draws of the product of a prior and a likelihood give the likelihood back."""
+    rng = np.random.default_rng(3)
+    mean, covariance = np.array([0.7, 0.0]), np.array([[0.4, 0.1], [0.1, 0.9]])
+    likelihood = Said(np.array([[40.0, 5.0], [5.0, 8.0]]), np.array([-30.0, 2.0]))
+    centre, spread = likelihood.posterior(mean, covariance)
+    draws = rng.multivariate_normal(centre, spread, size=200_000)
+    said = Said.of(draws, mean, covariance, 200_000.0)
+    np.testing.assert_allclose(said.precision, likelihood.precision, rtol=0.03)
+    np.testing.assert_allclose(said.information, likelihood.information, rtol=0.05, atol=0.2)
+
+
+def test_tests_that_say_nothing_add_nothing() -> None:
+    """400 draws from the prior itself: the edge of chance is passed in few of 17 directions."""
+    rng = np.random.default_rng(4)
+    passed = 0
+    for _ in range(50):
+        said = Said.of(rng.standard_normal((400, SIZE)), np.zeros(SIZE), np.eye(SIZE), 400.0)
+        passed += np.linalg.matrix_rank(said.precision)
+    # 7 in 850 come out; 17 would once in 1 000 (Poisson).
+    assert passed < 17
+
+
+def test_the_wear_prior_takes_the_fleets_place() -> None:
+    shipped, count = read_wear_prior(), len(HYPERPARAMETERS)
+    rng = np.random.default_rng(5)
+    root = 0.3 * rng.standard_normal((SIZE, SIZE)) + np.eye(SIZE)
+    fleet = FleetPrior(("a", "b"), rng.standard_normal(SIZE), root @ root.T)
+    prior = shipped.learnt_from(fleet).following(2)
+    assert prior.identity == shipped.identity
+    standard = rng.standard_normal((200_000, count))
+    values = Hyperparameters.of(standard, prior)
+    deviates = prior.deviates(standard)
+    np.testing.assert_allclose(values.volatility, shipped.volatility.at(deviates[:, 4]))
+    # The loadings, drawn as the trend takes them, have the fleet's mean and covariance with the
+    # hyperparameters (200 000 draws; five standard errors).
+    spread = np.array([shipped.loadings[name].sd for name in NAMES])
+    drawn = values.loading_mean + values.loading_sd * rng.standard_normal(
+        (200_000, SIZE - count + 2)
+    )
+    loadings = (drawn[:, : len(NAMES)] - shipped.loading_mean) / spread
+    np.testing.assert_allclose(loadings.mean(axis=0), fleet.mean[count:], atol=0.03)
+    crossed = np.cov(np.hstack([deviates, loadings]).T)
+    np.testing.assert_allclose(crossed[:count], fleet.covariance[:count], atol=0.05)
+    np.testing.assert_allclose(np.diag(crossed), np.diag(fleet.covariance), atol=0.05)
