@@ -1,0 +1,135 @@
+"""Fit the first readings of every unit, forecast the rest, and score it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdprog.forecast.crossing import first_crossing, forecast_hours
+from hdprog.forecast.limits import Margins
+from hdprog.forecast.scores import covers, crps
+from hdprog.physics.parameters import FloatArray
+from hdprog.results import LEVELS
+from hdprog.trend.fitting import fit_trend
+from hdprog.trend.fleet import FleetPrior, Said
+from hdprog.trend.state_space import Hyperparameters
+from hdprog.trend.trend import Trend
+from hdprog.trend.wear_prior import WearPrior
+from hdprog.trend.what_tests_say import what_tests_say
+from tests.benchmarks.degradation.series import AT, Series, Study, readings, state_prior, wear_prior
+
+ALONE, POOLED, LINE = "by itself", "with the other units", "straight line"
+_DRAWS = 1000
+_BEYOND = 2.0  # planned times up to which crossings are looked for
+
+
+@dataclass(frozen=True)
+class Score:
+    """One unit's forecast by one method.
+
+    Attributes
+    ----------
+    readings : (later readings, 3) held by 90 and 50 % intervals, absolute error or CRPS
+    crossing : the same of the crossing, over the planned time; None where it lies before or is not
+        known
+    converged : whether the trend did
+    """
+
+    method: str
+    readings: FloatArray
+    crossing: FloatArray | None
+    converged: bool = True
+
+
+def forecasts(
+    study: Study, units: Sequence[Series], seed: int
+) -> Iterator[tuple[str, list[Score]]]:
+    """Every unit's scores, by itself, with the others' full series, and by a straight line."""
+    prior, shipped = state_prior(), wear_prior(study)
+    said: list[Said] = []
+    for number, unit in enumerate(units):
+        rng = np.random.default_rng([seed, number, 0])
+        whole = fit_trend(readings(unit, unit.times.size, prior), prior, shipped, rng, quick=True)
+        said.append(what_tests_say(whole, rng))
+    for number, unit in enumerate(units):
+        others = [one for index, one in enumerate(said) if index != number]
+        fleet = FleetPrior.of([str(index) for index in range(len(others))], others)
+        scores = [
+            _scored(method, study, unit, wear, np.random.default_rng([seed, number, 1]))
+            for method, wear in ((ALONE, shipped), (POOLED, shipped.learnt_from(fleet)))
+        ]
+        yield unit.unit, [*scores, _line(study, unit)]
+
+
+def _scored(
+    method: str, study: Study, unit: Series, wear: WearPrior, rng: np.random.Generator
+) -> Score:
+    prior = state_prior()
+    trend = fit_trend(readings(unit, study.known, prior), prior, wear, rng, quick=True)
+    later = slice(study.known, None)
+    predicted = trend.paths(unit.times[later], rng, _DRAWS)[..., AT]
+    predicted = predicted + _scatter(trend, predicted.shape, rng)
+    rows = [
+        (*_held(draws, truth), _crps_of_draws(draws, truth))
+        for draws, truth in zip(predicted.T, unit.values[later], strict=True)
+    ]
+    return Score(method, np.array(rows), _crossing(study, unit, trend, rng), trend.converged)
+
+
+def _scatter(trend: Trend, shape: tuple[int, ...], rng: np.random.Generator) -> FloatArray:
+    """What readings scatter about the state."""
+    values = Hyperparameters.of(trend.draws.thinned(shape[0], rng), trend.wear_prior)
+    return np.asarray(values.scatter[:, None] * rng.standard_normal(shape))
+
+
+def _held(draws: FloatArray, truth: float) -> tuple[float, float]:
+    low, first, third, high = np.quantile(draws, [0.05, 0.25, 0.75, 0.95])
+    return float(low <= truth <= high), float(first <= truth <= third)
+
+
+def _crps_of_draws(draws: FloatArray, truth: float) -> float:
+    """E|X − y| − ½E|X − X'| of draws (draws,)."""
+    ordered = np.sort(draws)
+    weight = 2 * np.arange(1, ordered.size + 1) - ordered.size - 1
+    apart = float(weight @ ordered) / ordered.size**2
+    return float(np.abs(draws - truth).mean() - apart)
+
+
+def _crossing(
+    study: Study, unit: Series, trend: Trend, rng: np.random.Generator
+) -> FloatArray | None:
+    truth, now = unit.crossing(), trend.now_hours
+    if not study.fails or truth <= now or not np.isfinite(truth):
+        return None
+    hours = forecast_hours(now, _BEYOND * study.planned)
+    paths = trend.wandering_paths(hours, rng, _DRAWS)
+    wander = paths.shared * paths.direction[AT] ** 2 + paths.own[..., AT]
+    found = first_crossing(hours, [Margins(1.0 - paths.states[..., AT], wander)])
+    remaining = {
+        level: None if (at := found.quantile(level)) is None else at - now for level in LEVELS
+    }
+    return np.array(
+        [
+            float(covers(remaining, 0.05, 0.95, truth - now)),
+            float(covers(remaining, 0.25, 0.75, truth - now)),
+            crps(found.hours, found.probability, truth) / study.planned,
+        ]
+    )
+
+
+def _line(study: Study, unit: Series) -> Score:
+    """A least-squares line through the readings that the forecast is told: one value, no spread."""
+    known = slice(0, study.known)
+    slope, level = np.polyfit(unit.times[known], unit.values[known], 1)
+    later = slice(study.known, None)
+    missed = np.abs(level + slope * unit.times[later] - unit.values[later])
+    rows = np.column_stack([np.full((missed.size, 2), np.nan), missed])
+    truth, now = unit.crossing(), float(unit.times[study.known - 1])
+    crossing = None
+    if study.fails and np.isfinite(truth) and truth > now:
+        horizon = _BEYOND * study.planned
+        at = float(np.clip((1.0 - level) / slope, now, horizon)) if slope > 0 else horizon
+        crossing = np.array([np.nan, np.nan, abs(at - truth) / study.planned])
+    return Score(LINE, rows, crossing)
