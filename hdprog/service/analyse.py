@@ -129,6 +129,9 @@ class Analysis:
 def standing(summary: dict[str, Any]) -> Standing:
     """Say what the fleet's page shows of a drive."""
     entry = fleet_entry(summary)
+    remaining = dict(entry.remaining_hours)
+    if remaining:
+        remaining["inspect_before"] = entry.inspect_before_hours
     return Standing(
         status=entry.status,
         provisional=entry.provisional,
@@ -136,7 +139,7 @@ def standing(summary: dict[str, Any]) -> Standing:
         sentence=entry.sentence,
         rank=entry.rank,
         rank_hours=entry.rank_hours,
-        remaining={**entry.remaining_hours, "inspect_before": entry.inspect_before_hours},
+        remaining=remaining,
         sparkline={} if entry.course is None else asdict(entry.course),
         warnings=entry.warnings,
     )

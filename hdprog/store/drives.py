@@ -141,9 +141,8 @@ def fleet(
     search : part of an id or a sentence
     status : only drives with this verdict
     """
-    counts = dict(
-        session.execute(select(DriveRow.status, func.count()).group_by(DriveRow.status)).tuples()
-    )
+    grouped = select(DriveRow.status, func.count()).group_by(DriveRow.status)
+    counts = dict(session.execute(grouped).tuples().all())
     asked = select(DriveRow)
     if search:
         asked = asked.where(

@@ -13,8 +13,9 @@ from fastapi import Request
 from starlette.responses import HTMLResponse, Response
 
 from hdprog import __version__
-from hdprog.reporting.rounding import hours, percent, significant
+from hdprog.reporting.rounding import hours, percent, plain, significant
 from hdprog.reporting.words import counted, quantity, tidy, with_unit
+from hdprog.web.forecast_words import inspect_words, interval_words, middle_words
 from hdprog.web.security.identity import Identity, csrf_token, leave_visit
 from hdprog.web.service import service_of
 from hdprog.web.sparkline import sparkline
@@ -88,10 +89,17 @@ def environment() -> jinja2.Environment:
         moment=_moment,
         size=_size,
         number=_number,
+        declared=plain,
         segment=_segment,
     )
     made.globals.update(
-        sparkline=sparkline, quantity=quantity, with_unit=with_unit, counted=counted
+        middle_words=middle_words,
+        interval_words=interval_words,
+        inspect_words=inspect_words,
+        sparkline=sparkline,
+        quantity=quantity,
+        with_unit=with_unit,
+        counted=counted,
     )
     return made
 
