@@ -27,7 +27,7 @@ from hdprog.store.folder import write_drive_folder
 from hdprog.store.settings import service_settings
 from hdprog.store.store import Store
 from hdprog.store.tables import DriveRow, TestRow
-from hdprog.store.uploads import tests_of
+from hdprog.store.uploads import list_tests
 
 _SAY_EVERY = 0.5  # seconds between two writes of how far it is
 
@@ -62,7 +62,7 @@ class Analysis:
             if job is None:
                 return
             drive = session.get_one(DriveRow, job.drive_id)
-            content, tests = content_of(drive), tests_of(session, drive, "accepted")
+            content, tests = content_of(drive), list_tests(session, drive, "accepted")
             quick = service_settings(session).quick
         if not tests:
             self._nothing_left()

@@ -16,7 +16,7 @@ from hdprog.store import jobs
 from hdprog.store.store import Store
 
 log = logging.getLogger("hdprog.worker")
-_SWEEP_SECONDS = 10.0
+_SWEEP_SECONDS = 5.0
 _LOOK_SECONDS = 0.5
 
 

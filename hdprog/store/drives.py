@@ -142,7 +142,7 @@ def fleet(
     status : only drives with this verdict
     """
     grouped = select(DriveRow.status, func.count()).group_by(DriveRow.status)
-    counts = dict(session.execute(grouped).tuples().all())
+    counts = dict(iter(session.execute(grouped)))
     asked = select(DriveRow)
     if search:
         asked = asked.where(

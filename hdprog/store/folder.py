@@ -22,7 +22,7 @@ from hdprog.store.audit import Actor, note
 from hdprog.store.drives import add_drive, content_of
 from hdprog.store.files import Files
 from hdprog.store.tables import DriveRow, TestRow
-from hdprog.store.uploads import TestFacts, add_test, refresh_counts, tests_of
+from hdprog.store.uploads import TestFacts, add_test, list_tests, refresh_counts
 
 _COLUMNS = (
     "test_id",
@@ -65,7 +65,7 @@ def write_drive_folder(
 
 def export_drive(session: Session, files: Files, drive: DriveRow, folder: Path) -> int:
     """Write a drive and its accepted tests as a folder; gives the number of tests."""
-    tests = tests_of(session, drive, "accepted")
+    tests = list_tests(session, drive, "accepted")
     write_drive_folder(files, content_of(drive), tests, folder)
     return len(tests)
 

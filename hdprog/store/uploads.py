@@ -166,7 +166,7 @@ def find_test(session: Session, name: str) -> TestRow | None:
     return session.scalar(select(TestRow).where(TestRow.uid == name))
 
 
-def tests_of(session: Session, drive: DriveRow, *states: str) -> Sequence[TestRow]:
+def list_tests(session: Session, drive: DriveRow, *states: str) -> Sequence[TestRow]:
     """Give the tests of a drive in some states, by service hours."""
     asked = (
         select(TestRow)

@@ -24,7 +24,7 @@ from hdprog.store.files import free_bytes
 from hdprog.store.store import Store
 from hdprog.store.tables import DriveRow, JobRow, SettingRow, TestRow, TokenRow
 from hdprog.store.tables.base import now
-from hdprog.store.uploads import TestFacts, add_test, readable_name, refresh_counts, tests_of
+from hdprog.store.uploads import TestFacts, add_test, list_tests, readable_name, refresh_counts
 
 _SECRET = "form secret"
 _LEAST_FREE = 1 << 30  # bytes of disk below which nothing more is taken in
@@ -174,7 +174,7 @@ class Service:
         self, session: Any, drive: DriveRow, content: Mapping[str, Any], found: ReadOut
     ) -> str | None:
         earlier = [
-            (test.label, test.quality) for test in reversed(tests_of(session, drive, "accepted"))
+            (test.label, test.quality) for test in reversed(list_tests(session, drive, "accepted"))
         ]
         return doubt(found.quality, earlier, drive_from_mapping(content))
 

@@ -17,7 +17,7 @@ from starlette.responses import FileResponse, Response
 
 from hdprog.store import analyses
 from hdprog.store.folder import export_drive
-from hdprog.store.uploads import tests_of
+from hdprog.store.uploads import list_tests
 from hdprog.web.lookup import UnknownError, drive_named, test_named
 from hdprog.web.names import DriveName, TestName
 from hdprog.web.security.headers import FILE_POLICY, REPORT_POLICY
@@ -73,7 +73,7 @@ def save_figures(request: Request, who: Viewer, drive_id: DriveName) -> Response
     with service_of(request).store.reading() as session:
         drive = drive_named(session, drive_id, with_result=True)
         fits = {fit.test_id: fit for fit in analyses.fits_of(session, drive)}
-        tests = [test for test in tests_of(session, drive, "accepted") if test.id in fits]
+        tests = [test for test in list_tests(session, drive, "accepted") if test.id in fits]
     keys = list(dict.fromkeys(key for fit in fits.values() for key in fit.figures))
     levels = ("q05", "q50", "q95")
     text = io.StringIO()

@@ -10,7 +10,7 @@ from starlette.responses import Response
 
 from hdprog.store import analyses, jobs
 from hdprog.store.drives import content_of
-from hdprog.store.uploads import tests_of
+from hdprog.store.uploads import list_tests
 from hdprog.web.lookup import drive_named
 from hdprog.web.names import DriveName
 from hdprog.web.rendering import render
@@ -32,8 +32,8 @@ def drive_page(request: Request, who: Viewer, drive_id: DriveName) -> Response:
         context = {
             "drive": drive,
             "content": content_of(drive),
-            "tests": tests_of(session, drive, "accepted"),
-            "previews": tests_of(session, drive, "preview"),
+            "tests": list_tests(session, drive, "accepted"),
+            "previews": list_tests(session, drive, "preview"),
             "fits": {fit.test_id: fit for fit in fits},
             "forecasts": analyses.forecasts_of(session, drive),
             "history": history,

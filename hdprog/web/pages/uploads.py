@@ -11,7 +11,7 @@ from starlette.responses import RedirectResponse, Response
 
 from hdprog.errors import BadInputError
 from hdprog.store.tables import DriveRow
-from hdprog.store.uploads import TestFacts, accept, find_test, readable_name, remove, tests_of
+from hdprog.store.uploads import TestFacts, accept, find_test, list_tests, readable_name, remove
 from hdprog.web.facts import read_facts
 from hdprog.web.lookup import drive_named
 from hdprog.web.names import DriveName
@@ -96,7 +96,7 @@ def _accept(request: Request, who: Identity, drive_id: str, form: FormData) -> R
     last = None
     with service.store.writing() as session:
         drive = drive_named(session, drive_id)
-        waiting = tests_of(session, drive, "preview")
+        waiting = list_tests(session, drive, "preview")
         facts = {
             test.uid: _facts_of(test.uid, texts, test.quality.get("doubt"), problems)
             for test in waiting
@@ -137,7 +137,7 @@ def _discard(request: Request, who: Identity, drive_id: str, uid: str) -> Respon
         test = find_test(session, uid)
         if test is not None and test.drive_id == drive.id and test.state == "preview":
             remove(session, who.actor, test)
-        left = len(tests_of(session, drive, "preview"))
+        left = len(list_tests(session, drive, "preview"))
     if left:
         return RedirectResponse(f"/drives/{drive_id}/uploads?said=discarded", 303)
     return RedirectResponse(f"/drives/{drive_id}?said=discarded", 303)
@@ -157,7 +157,7 @@ def _page(
         drive: DriveRow = drive_named(session, drive_id)
         context = {
             "drive": drive,
-            "previews": tests_of(session, drive, "preview"),
+            "previews": list_tests(session, drive, "preview"),
             "refused": refused,
             "known": known,
             "problems": problems,
