@@ -5,6 +5,7 @@ from __future__ import annotations
 import ipaddress
 import os
 import secrets
+import signal
 import tempfile
 from contextlib import ExitStack
 from importlib.resources import as_file
@@ -89,6 +90,8 @@ def serve(
         if database:
             os.environ["HDPROG_DATABASE"] = database  # a password is not for the list of processes
         held.enter_context(crew(workers, order))
+        # Uvicorn ends well on SIGTERM, then raises it again: nothing is left to be done for it.
+        signal.signal(signal.SIGTERM, lambda _number, _frame: None)
         uvicorn.run(
             # By name: the command line and the pages do not know each other.
             "hdprog.web.app:from_environment",

@@ -26,7 +26,10 @@ def main() -> None:
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what is printed is no answer
     for line in sys.stdin:
-        print(json.dumps(asdict(_answer(json.loads(line)))), file=answers, flush=True)
+        try:
+            print(json.dumps(asdict(_answer(json.loads(line)))), file=answers, flush=True)
+        except BrokenPipeError:
+            os._exit(0)  # the server is gone
 
 
 def _answer(order: dict[str, Any]) -> ReadOut:

@@ -18,7 +18,7 @@ _MOST_HOURS = 1e9
 def facts_of_form(
     service_hours: Annotated[
         str, Form(description="Hours in service when the test was made, a number from zero up.")
-    ],
+    ] = "",
     event: Annotated[
         str, Form(description="Empty, or regreased, reassembled or replaced before this test.")
     ] = "",

@@ -39,7 +39,8 @@ async def change(request: Request, who: Engineer, drive_id: DriveName) -> Respon
     try:
         return _changed(request, who, drive_id, content_of_form(fields, before))
     except BadInputError as error:
-        return _page(request, who, drive_id, fields, tomli_w.dumps(before), [str(error)])
+        kept = fields_of({}) | fields
+        return _page(request, who, drive_id, kept, tomli_w.dumps(before), [str(error)])
 
 
 @router.post("/drives/{drive_id}/settings/toml", dependencies=[Depends(form_of_ours)])

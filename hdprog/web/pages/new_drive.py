@@ -55,7 +55,7 @@ async def make(request: Request, who: Engineer) -> Response:
             drive = add_drive(session, who.actor, content)
             name = drive.name
     except BadInputError as error:
-        return _page(request, who, fields, [str(error)], None, ("", "", ""), 422)
+        return _page(request, who, fields_of({}) | fields, [str(error)], None, ("", "", ""), 422)
     return RedirectResponse(f"/drives/{name}?said=made", 303)
 
 

@@ -32,26 +32,30 @@ class BodyLimit:
         if not claimed.isdigit() or int(claimed) > self.most:
             await self._refuse(scope, receive, send)
             return
-        seen, begun = 0, False
+        seen, begun, over = 0, False, False
 
         async def counted() -> Message:
-            nonlocal seen
+            nonlocal seen, over
             message = await receive()
             seen += len(message.get("body", b""))
             if seen > self.most:
+                over = True
                 raise _TooLargeError
             return message
 
-        async def noted(message: Message) -> None:
+        async def passed(message: Message) -> None:
             nonlocal begun
+            if over and not begun:
+                return  # what lies behind took the end of the stream for a mistake in it
             begun = True
             await send(message)
 
         try:
-            await self.app(scope, counted, noted)
+            await self.app(scope, counted, passed)
         except _TooLargeError:
             if begun:
                 raise
+        if over and not begun:
             await self._refuse(scope, receive, send)
 
     async def _refuse(self, scope: Scope, receive: Receive, send: Send) -> None:
