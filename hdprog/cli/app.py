@@ -15,7 +15,12 @@ from hdprog.cli.explain import explain
 from hdprog.cli.fit import fit
 from hdprog.cli.prior import prior
 from hdprog.cli.run import run
+from hdprog.cli.serve import serve
 from hdprog.cli.simulate import simulate
+from hdprog.cli.store import store
+from hdprog.cli.token import token
+from hdprog.cli.user import user
+from hdprog.cli.worker import worker
 
 EPILOG = (
     "Exit codes: 0 done; 1 a mistake in hdprog; 2 wrong usage; 3 bad input, nothing written; "
@@ -50,6 +55,7 @@ def _describe(
     """Condition and remaining service life of strain wave gears from torque and torsion loops."""
 
 
-for _command in (demo, check, fit, explain, run, backtest, simulate):
+for _command in (demo, check, fit, explain, run, backtest, simulate, serve, worker):
     app.command(epilog=EPILOG)(_command)
-app.add_typer(prior, name="prior", epilog=EPILOG)
+for _name, _group in {"prior": prior, "user": user, "token": token, "store": store}.items():
+    app.add_typer(_group, name=_name, epilog=EPILOG)

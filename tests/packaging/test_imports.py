@@ -10,6 +10,7 @@ import pytest
 import hdprog
 
 HEAVY = ["numpy", "scipy", "pandas", "matplotlib", "arviz", "emcee", "pydantic", "jinja2", "rich"]
+HEAVY += ["sqlalchemy", "alembic", "fastapi", "uvicorn", "dbos"]
 
 
 def loaded_after(code: str) -> set[str]:
@@ -26,7 +27,10 @@ def test_import_loads_nothing_heavy() -> None:
     assert loaded.isdisjoint([*HEAVY, "typer"])
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["fit", "--help"], ["--version"]])
+@pytest.mark.parametrize(
+    "arguments",
+    [["--help"], ["fit", "--help"], ["serve", "--help"], ["user", "--help"], ["--version"]],
+)
 def test_help_loads_nothing_heavy(arguments: list[str]) -> None:
     loaded = loaded_after(
         "from hdprog.cli import app\n"

@@ -15,7 +15,8 @@ ROOT = Path(__file__).resolve().parents[2]
 def run(folder: Path, mark: str, *options: str, required: bool = True) -> int:
     """Run pytest on one passing test and one skipped one that carries `mark`; give its code."""
     (folder / "pytest.ini").write_text(
-        "[pytest]\nmarkers =\n    measured\n    chromium\n    other\n", encoding="utf-8"
+        "[pytest]\nmarkers =\n    measured\n    chromium\n    postgres\n    other\n",
+        encoding="utf-8",
     )
     (folder / "test_it.py").write_text(
         "import pytest\n\ndef test_passes(): pass\n\n"
@@ -30,7 +31,7 @@ def run(folder: Path, mark: str, *options: str, required: bool = True) -> int:
     ).returncode
 
 
-@pytest.mark.parametrize("mark", ["measured", "chromium"])
+@pytest.mark.parametrize("mark", ["measured", "chromium", "postgres"])
 def test_skipped_required_test_fails(tmp_path: Path, mark: str) -> None:
     assert run(tmp_path, mark) == pytest.ExitCode.TESTS_FAILED
 

@@ -78,3 +78,24 @@ def test_checkout_reads_the_folders_people_edit(
     (tmp_path / "priors").mkdir()
     monkeypatch.chdir(tmp_path)
     assert Path(str(shipped("priors"))) == ROOT / "priors"
+
+
+def test_the_upload_page_is_whole(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        held = set(archive.namelist())
+    for folder in ("web/templates", "web/static", "store/migrations"):
+        here = files_below(ROOT / "hdprog" / folder)
+        assert here
+        assert {f"hdprog/{folder}/{name}" for name in here} <= held
+
+
+def test_without_its_packages_the_upload_page_says_what_to_install(tmp_path: Path) -> None:
+    code = (
+        "import sys; sys.modules['sqlalchemy'] = None\n"
+        "from hdprog.cli import main; sys.argv = ['hdprog', 'user', 'list']; main()"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert "pip install 'hdprog[web]'" in done.stderr

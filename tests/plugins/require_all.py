@@ -1,4 +1,5 @@
-"""With HDPROG_REQUIRE_ALL=1, a skipped test marked `measured` or `chromium` fails the run.
+"""With HDPROG_REQUIRE_ALL=1, a skipped test marked `measured`, `chromium` or `postgres` fails the
+run.
 
 Load with `python -m pytest -p tests.plugins.require_all`. A whole module skipped at its import
 counts too, since its marks cannot be seen.
@@ -10,7 +11,7 @@ import os
 
 import pytest
 
-REQUIRED = ("measured", "chromium")
+REQUIRED = ("measured", "chromium", "postgres")
 
 
 class RequireAll:

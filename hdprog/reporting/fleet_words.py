@@ -1,0 +1,157 @@
+"""A drive in a list of many: one sentence, how bad it is, and where its leading figure went.
+
+Everything is read off a summary (schema `hdprog.summary/1`), so that lists can be made of drives
+that were run long ago.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hdprog.reporting.words import FIRST_LIMIT, quantity, tidy
+
+UNTESTED = 5
+"""Rank of a drive without a result: after those of which something is known."""
+
+_RANKS = {"act": 0, "plan": 2, "present": 3, "good": 4}
+_DUE, _PASSED = 1, 0
+_SENTENCE_END = re.compile(r"(?<=[.!?]) (?=[A-Z])")
+_NOT_CONVERGED = "Not converged"
+
+
+@dataclass(frozen=True)
+class Course:
+    """The tests' medians of the figure whose limit leads, for a small picture.
+
+    Attributes
+    ----------
+    name, unit : of the figure, in words
+    points : service hours and value, in the order of the hours
+    limit : the threshold, in the same unit
+    """
+
+    name: str
+    unit: str
+    points: tuple[tuple[float, float], ...]
+    limit: float
+
+
+@dataclass(frozen=True)
+class FleetEntry:
+    """What a list of drives shows of one.
+
+    Attributes
+    ----------
+    status : as the verdict has it: act, plan, good or present
+    provisional : something did not converge
+    label : the status in a few words
+    sentence : what to do or to expect, in one sentence
+    rank : 0 is worst
+    rank_hours : orders drives of one rank, lowest first
+    remaining_hours : q05, q50 and q95 to the first limit; None past the horizon; empty without
+    inspect_before_hours : service hours, None where there is no need before the horizon
+    course : of the leading figure, None without a limit
+    warnings : number of warnings
+    """
+
+    status: str
+    provisional: bool
+    label: str
+    sentence: str
+    rank: int
+    rank_hours: float
+    remaining_hours: Mapping[str, float | None] = field(default_factory=dict)
+    inspect_before_hours: float | None = None
+    course: Course | None = None
+    warnings: int = 0
+
+    @property
+    def order(self) -> tuple[int, float]:
+        """Key that sorts drives worst first."""
+        return self.rank, self.rank_hours
+
+
+def fleet_entry(summary: Mapping[str, Any]) -> FleetEntry:
+    """Sum up a summary for a list of drives.
+
+    Parameters
+    ----------
+    summary : content of a summary.json of `hdprog run` or `hdprog fit`
+    """
+    verdict, forecasts = summary["verdict"], summary["forecast"]
+    first = _first(forecasts)
+    remaining = {} if first is None else first["remaining_hours"]
+    rank, hours = _rank(verdict["status"], first)
+    tests = summary["tests"]
+    return FleetEntry(
+        status=verdict["status"],
+        provisional=verdict["provisional"],
+        label=verdict["label"],
+        sentence=_sentence(verdict["text"]),
+        rank=rank,
+        rank_hours=hours,
+        remaining_hours={name: remaining.get(name) for name in ("q05", "q50", "q95") if remaining},
+        inspect_before_hours=None if first is None else first["inspect_before_hours"],
+        course=_course(tests, forecasts),
+        warnings=len(summary["warnings"]) + len(tests[-1]["warnings"]),
+    )
+
+
+def _first(forecasts: list[dict[str, Any]]) -> dict[str, Any] | None:
+    """Find the forecast of the first of all limits."""
+    if not forecasts:
+        return None
+    return next((one for one in forecasts if one["quantity"] == FIRST_LIMIT), forecasts[0])
+
+
+def _rank(status: str, first: Mapping[str, Any] | None) -> tuple[int, float]:
+    rank = _RANKS[status]
+    if first is None:
+        return rank, 0.0
+    inspect, now = first["inspect_before_hours"], first["now_hours"]
+    if status == "act":
+        # Of two drives past their limits the one that is more surely so comes first.
+        return (_PASSED if first["already_crossed"] else _DUE), -_risk_now(first)
+    if inspect is not None:
+        return rank, inspect - now
+    return rank, first["horizon_hours"] - now - first["probability_crossed_by_horizon"]
+
+
+def _risk_now(forecast: Mapping[str, Any]) -> float:
+    table = forecast["crossing_probability"]
+    return float(table[0][1]) if table else 0.0
+
+
+def _sentence(text: str) -> str:
+    """Give the first sentence that tells of the drive, rather than of its fits."""
+    sentences = _SENTENCE_END.split(text)
+    while len(sentences) > 1 and sentences[0].startswith((_NOT_CONVERGED, "The numbers below")):
+        del sentences[0]
+    return tidy(sentences[0])
+
+
+def _course(tests: list[dict[str, Any]], forecasts: list[dict[str, Any]]) -> Course | None:
+    """Find the course of the figure that is nearest to its limit."""
+    limited = [one for one in forecasts if one["quantity"] != FIRST_LIMIT]
+    if not limited:
+        return None
+
+    def nearness(forecast: Mapping[str, Any]) -> tuple[bool, float, float]:
+        median = forecast["remaining_hours"].get("q50")
+        late = float("inf") if median is None else float(median)
+        return not forecast["already_crossed"], late, -forecast["probability_crossed_by_horizon"]
+
+    lead = min(limited, key=nearness)
+    at = lead["at_torque_Nm"]
+    key = lead["quantity"] if at is None else f"{lead['quantity']}@{at:g}Nm"
+    found = [
+        (test["service_hours"], test["figures"].get(key, {}).get("q50"))
+        for test in tests
+        if test["service_hours"] is not None
+    ]
+    named = quantity(key)
+    points = tuple((float(hours), float(value)) for hours, value in found if value is not None)
+    return Course(named.name, named.unit, points, float(lead["limit"]))

@@ -1,0 +1,1 @@
+"""What the upload service does behind its pages: reading records, queueing work, running it."""

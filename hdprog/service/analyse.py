@@ -1,0 +1,169 @@
+"""The work of a job: a drive out of the store, through the workflow, its results back in.
+
+Run by a worker as ``python -m hdprog.service.analyse``; see `hdprog.service.job_process`.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+import time
+import traceback
+import uuid
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from hdprog.errors import HdprogError
+from hdprog.reporting.fleet_words import fleet_entry
+from hdprog.service.drive_run import Order, run_here
+from hdprog.service.job_process import take_order
+from hdprog.store import analyses, jobs
+from hdprog.store.analyses import Standing
+from hdprog.store.drives import content_of
+from hdprog.store.folder import write_drive_folder
+from hdprog.store.settings import service_settings
+from hdprog.store.store import Store
+from hdprog.store.tables import DriveRow, TestRow
+from hdprog.store.uploads import list_tests
+
+_SAY_EVERY = 0.5  # seconds between two writes of how far it is
+
+
+class _CalledOffError(Exception):
+    """The job was cancelled, or another attempt took its place."""
+
+
+class Analysis:
+    """One attempt at a job.
+
+    Parameters
+    ----------
+    store : where the drive is and the results go
+    job_id, attempt : which job, and the how manieth try
+    """
+
+    def __init__(self, store: Store, job_id: str, attempt: int) -> None:
+        self.store, self.job_id, self.attempt = store, job_id, attempt
+        self._said = ("", 0.0)
+
+    def run(self, processes: int, dask: str | None) -> None:
+        """Do the work.
+
+        Raises
+        ------
+        HdprogError
+            for a drive that cannot be analysed, in words for its owner
+        """
+        with self.store.reading() as session:
+            job = jobs.find_job(session, self.job_id)
+            if job is None:
+                return
+            drive = session.get_one(DriveRow, job.drive_id)
+            content, tests = content_of(drive), list_tests(session, drive, "accepted")
+            quick = service_settings(session).quick
+        if not tests:
+            self._nothing_left()
+            return
+        number = str(uuid.uuid4())
+        out = self.store.files.analysis(number)
+        with tempfile.TemporaryDirectory(dir=self.store.files.incoming) as place:
+            folder = Path(place) / "drive"
+            write_drive_folder(self.store.files, content, tests, folder)
+            order = Order(folder, out, quick, processes, f"hdprog serve, drive {drive.name}")
+            if dask is None:
+                run_here(order, self.say)
+            else:
+                from hdprog.service.dask_run import run_on_dask
+
+                run_on_dask(dask, order, self.say)
+        try:
+            replaced = self._record(number, tests)
+        except BaseException:
+            shutil.rmtree(out, ignore_errors=True)
+            raise
+        if replaced is not None:
+            self.store.files.drop_posteriors(replaced)
+
+    def say(self, stage: str, done: float) -> None:
+        """Write down how far the work is, now and then; stops it where it was called off."""
+        before, at = self._said
+        moment = time.monotonic()
+        if stage == before and moment - at < _SAY_EVERY:
+            return
+        self._said = (stage, moment)
+        with self.store.writing() as session:
+            job = jobs.find_job(session, self.job_id)
+            if job is None or not jobs.advance(session, job, self.attempt, stage, done):
+                raise _CalledOffError
+
+    def fail(self, words: str) -> None:
+        """Write down why it failed."""
+        with self.store.writing() as session:
+            job = jobs.find_job(session, self.job_id)
+            if job is not None:
+                jobs.fail(session, job, self.attempt, words)
+
+    def _record(self, number: str, tests: Sequence[TestRow]) -> str | None:
+        summary = analyses.summary_of(self.store.files, number)
+        with self.store.writing() as session:
+            job = jobs.find_job(session, self.job_id)
+            if job is None or not jobs.finish(session, job, self.attempt, number):
+                raise _CalledOffError
+            replaced = analyses.record(session, job, number, tests, summary, standing(summary))
+            session.flush()
+            jobs.finish_covered(session, job, number)
+        return replaced
+
+    def _nothing_left(self) -> None:
+        """Take back what was said of a drive whose tests were all removed."""
+        with self.store.writing() as session:
+            job = jobs.find_job(session, self.job_id)
+            if job is None or not jobs.finish(session, job, self.attempt, None):
+                return
+            analyses.forget_standing(session.get_one(DriveRow, job.drive_id))
+
+
+def standing(summary: dict[str, Any]) -> Standing:
+    """Say what the fleet's page shows of a drive."""
+    entry = fleet_entry(summary)
+    remaining = dict(entry.remaining_hours)
+    if remaining:
+        remaining["inspect_before"] = entry.inspect_before_hours
+    return Standing(
+        status=entry.status,
+        provisional=entry.provisional,
+        label=entry.label,
+        sentence=entry.sentence,
+        rank=entry.rank,
+        rank_hours=entry.rank_hours,
+        remaining=remaining,
+        sparkline={} if entry.course is None else asdict(entry.course),
+        warnings=entry.warnings,
+    )
+
+
+def main() -> int:
+    """Do what the worker's order says; gives the exit code."""
+    order: dict[str, Any] = take_order()
+    store = Store(Path(order["data"]), order["url"])
+    attempt = Analysis(store, order["job"], order["attempt"])
+    try:
+        attempt.run(order["processes"], order["dask"])
+    except _CalledOffError:
+        return 0
+    except HdprogError as error:
+        attempt.fail(str(error))
+    except Exception as error:
+        traceback.print_exc()
+        attempt.fail(
+            f"hdprog stopped through a mistake of its own: {type(error).__name__}: {error}. "
+            "The worker's log says more; please report it. The upload itself is safe."
+        )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

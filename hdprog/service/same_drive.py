@@ -1,0 +1,56 @@
+"""Is this the right drive? A record's stiffness beside that of the drive's earlier tests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from hdprog.config import Drive
+from hdprog.inference.catalogue import find_gear
+
+_TELLING = 0.20
+_LIKE_TORQUE = 0.20  # tests to other torques have another secant stiffness by nature
+
+
+def doubt(
+    quality: Mapping[str, Any], earlier: Iterable[tuple[str, Mapping[str, Any]]], drive: Drive
+) -> str | None:
+    """Say how far a record is from what its drive has shown; None where it fits.
+
+    Parameters
+    ----------
+    quality : read out of the record
+    earlier : label and read-out of accepted tests, the newest first
+    drive : whose catalogue figure stands in where no test went to a like torque
+    """
+    stiffness = quality.get("secant_stiffness")
+    if not stiffness or stiffness <= 0:
+        return None
+    for label, other in earlier:
+        known = other.get("secant_stiffness")
+        if known and known > 0 and abs(_span(quality) / _span(other) - 1.0) < _LIKE_TORQUE:
+            return _words(stiffness / known - 1.0, f"from that of test {label}")
+    gear = None if drive.model is None else find_gear(drive.model)
+    if gear is None:
+        return None
+    maker = gear.numbers
+    peak = _span(quality) / (2.0 if quality.get("sides") == "two-sided" else 1.0)
+    first = min(peak, maker.T1) / maker.K1
+    second = max(0.0, min(peak, maker.T2) - maker.T1) / maker.K2
+    third = max(0.0, peak - maker.T2) / maker.K3
+    expected = peak / (first + second + third)
+    # Catalogue figures are means of a make; single drives lie up to a third apart.
+    return _words(stiffness / expected - 1.0, f"from the catalogue's for {drive.model}", 0.5)
+
+
+def _span(quality: Mapping[str, Any]) -> float:
+    return float(quality["torque_max"]) - float(quality["torque_min"])
+
+
+def _words(difference: float, compared: str, telling: float = _TELLING) -> str | None:
+    if abs(difference) < telling:
+        return None
+    return (
+        f"Is this the right drive? The stiffness of this record differs by "
+        f"{100 * difference:+.0f} % {compared}."
+    )

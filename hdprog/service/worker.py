@@ -1,0 +1,119 @@
+"""A worker: takes one job after the other from the queue and has each run in its own process."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+
+from dbos import DBOS
+
+from hdprog.service.job_process import JobProcess
+from hdprog.service.queue import NAME, WORKFLOW, Queue, configuration, quiet_logs
+from hdprog.service.slots import abandoned, taken_slot
+from hdprog.store import jobs
+from hdprog.store.store import Store
+
+log = logging.getLogger("hdprog.worker")
+_SWEEP_SECONDS = 5.0
+_LOOK_SECONDS = 0.5
+
+
+@dataclass(frozen=True)
+class WorkerSettings:
+    """How a worker works.
+
+    Attributes
+    ----------
+    data : the store's folder
+    url : address of the store's database, None for the one in the folder
+    processes : that a job may use
+    dask : address of a Dask scheduler that the fits go to, None to fit here
+    """
+
+    data: Path
+    url: str | None
+    processes: int
+    dask: str | None = None
+
+
+def work(settings: WorkerSettings, stop: threading.Event) -> None:
+    """Take jobs until told to stop.
+
+    Parameters
+    ----------
+    settings : how
+    stop : set to make an end; the job under way goes back to the queue
+    """
+    quiet_logs()
+    store = Store(settings.data, settings.url)
+    store.prepare()
+    queue = Queue(store.database.url)
+    queue.prepare()
+    with taken_slot(store.files.workers) as name:
+        DBOS(config=configuration(store.database.url, name))
+
+        @DBOS.workflow(name=WORKFLOW)
+        def analyse(job_id: str) -> str:
+            return _run(store, settings, job_id, stop)
+
+        DBOS.listen_queues([NAME])
+        DBOS.launch()
+        log.info("worker %s takes jobs", name)
+        try:
+            while not stop.wait(_SWEEP_SECONDS):
+                for gone in abandoned(store.files.workers, name):
+                    if count := queue.release(gone):
+                        log.warning(
+                            "%d job(s) of worker %s, which is gone, wait again", count, gone
+                        )
+        finally:
+            # A job that was interrupted stays taken in this place's name: who takes the place next
+            # takes the job up again.
+            DBOS.destroy(destroy_registry=True)
+            queue.close()
+            store.close()
+
+
+class _InterruptedError(BaseException):
+    """The worker was told to stop while a job was under way."""
+
+
+def _run(store: Store, settings: WorkerSettings, job_id: str, stop: threading.Event) -> str:
+    """Run a job to its end; whatever goes wrong becomes words in the job's row."""
+    with store.writing() as session:
+        job = jobs.find_job(session, job_id)
+        if job is None or job.state not in jobs.OPEN:
+            return "not open"  # cancelled, or done together with an earlier one
+        attempt = jobs.start(session, job)
+    log.info("job %s, attempt %d", job_id, attempt)
+    with JobProcess(settings, job_id, attempt) as process:
+        while process.wait(_LOOK_SECONDS) is None:
+            if stop.is_set():
+                raise _InterruptedError
+            with store.reading() as session:
+                job = jobs.find_job(session, job_id)
+                if job is None or job.state != "running" or job.attempt != attempt:
+                    return "cancelled"
+    if process.code != 0:
+        with store.writing() as session:
+            job = jobs.find_job(session, job_id)
+            if job is not None:
+                jobs.fail(session, job, attempt, _words(process.code))
+        return "failed"
+    return "done"
+
+
+def _words(code: int | None) -> str:
+    """Say what an exit code without words of its own means."""
+    if code is not None and code < 0:
+        return (
+            f"The process of this job was ended by signal {-code} of the machine, most often for "
+            "want of memory. Start the job again; if it ends so again, give the machine more "
+            "memory or upload a shorter record."
+        )
+    return (
+        f"The process of this job ended with code {code} and left no words. Start the job again; "
+        "the worker's log holds what it printed."
+    )

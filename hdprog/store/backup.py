@@ -1,0 +1,134 @@
+"""A copy of everything, taken while the service runs, in one archive."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sqlite3
+import subprocess
+import tarfile
+import tempfile
+from contextlib import closing
+from pathlib import Path
+
+from sqlalchemy import make_url
+
+from hdprog.errors import BadInputError, UsageError
+from hdprog.store.database import sqlite_file
+from hdprog.store.store import Store
+
+DUMP = "database.pgdump"
+_KEPT = ("raw", "analyses")
+
+
+def back_up(store: Store, archive: Path) -> int:
+    """Write the database and all files into a new archive (.tar.gz), whole or not at all.
+
+    The database is copied first: every file that it names is in place by then, and files are
+    never changed.
+
+    Returns
+    -------
+    int
+        Bytes of the archive.
+
+    Raises
+    ------
+    UsageError
+        where something of that name is there, or PostgreSQL's pg_dump is not
+    """
+    if archive.exists():
+        raise UsageError(
+            f"ARCHIVE: found a file at {archive}, expected a name that is free, so that no earlier "
+            "backup is lost. Give another name, such as one with the date."
+        )
+    archive.parent.mkdir(parents=True, exist_ok=True)
+    aside = archive.with_name(f".{archive.name}.part")
+    with tempfile.TemporaryDirectory(dir=store.files.incoming) as folder:
+        copy = _copy_database(store, Path(folder))
+        try:
+            with tarfile.open(aside, "w:gz", compresslevel=1) as tar:
+                tar.add(copy, copy.name)
+                for name in _KEPT:
+                    tar.add(store.files.root / name, name, filter=_without_parts)
+            aside.replace(archive)
+        finally:
+            aside.unlink(missing_ok=True)
+    return archive.stat().st_size
+
+
+def restore(archive: Path, data: Path, url: str | None) -> None:
+    """Put a backup into an empty data folder, and into an empty database where it was PostgreSQL.
+
+    Raises
+    ------
+    UsageError
+        where the data folder holds something
+    BadInputError
+        for an archive that is no backup
+    """
+    if data.exists() and any(data.iterdir()):
+        raise UsageError(
+            f"--data: found files in {data}, expected an empty folder, so that nothing is lost. "
+            "Give another folder."
+        )
+    data.mkdir(parents=True, exist_ok=True, mode=0o700)
+    try:
+        with tarfile.open(archive, "r:gz") as tar:
+            tar.extractall(data, filter="data")
+    except (tarfile.TarError, OSError, EOFError) as error:
+        raise BadInputError(
+            f"no readable archive ({error})",
+            str(archive),
+            "a backup that `hdprog store backup` made",
+            "Give another file.",
+        ) from error
+    dump = data / DUMP
+    if dump.exists():
+        if url is None:
+            raise UsageError(
+                f"--database: found none for a backup of PostgreSQL ({archive}), expected the "
+                "address of an empty database. Add --database postgresql://…"
+            )
+        _run("pg_restore", url, "--no-owner", "--exit-on-error", str(dump), target="--dbname")
+        dump.unlink()
+
+
+def _copy_database(store: Store, folder: Path) -> Path:
+    file = sqlite_file(store.database.url)
+    if file is None:
+        copy = folder / DUMP
+        _run("pg_dump", store.database.url, "--format=custom", f"--file={copy}", target="--dbname")
+        return copy
+    copy = folder / "hdprog.db"
+    with closing(sqlite3.connect(file)) as source, closing(sqlite3.connect(copy)) as target:
+        source.backup(target)
+    return copy
+
+
+def _run(program: str, url: str, *options: str, target: str) -> None:
+    """Run one of PostgreSQL's own programs; the password goes by the environment."""
+    if shutil.which(program) is None:
+        raise UsageError(
+            f"{program}: found none on this machine, expected PostgreSQL's own program for "
+            "backups. Install the package postgresql-client."
+        )
+    parsed = make_url(url).set(drivername="postgresql")
+    environment = dict(os.environ)
+    if parsed.password is not None:
+        environment["PGPASSWORD"] = str(parsed.password)
+    plain = parsed.set(password=None).render_as_string()
+    done = subprocess.run(
+        [program, f"{target}={plain}", *options],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode != 0:
+        raise UsageError(f"{program}: found that it failed: {done.stderr.strip()}")
+
+
+def _without_parts(entry: tarfile.TarInfo) -> tarfile.TarInfo | None:
+    """Leave out what is just being written."""
+    return None if entry.name.endswith(".part") else entry

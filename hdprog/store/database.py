@@ -1,0 +1,159 @@
+"""The database: SQLite beside the files by default, PostgreSQL by its address."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from alembic import command
+from alembic.config import Config
+from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import Connection, Engine, create_engine, event, make_url
+from sqlalchemy.exc import ArgumentError, SQLAlchemyError
+from sqlalchemy.orm import Session, sessionmaker
+
+from hdprog.errors import UsageError
+
+_WAIT_SECONDS = 30.0  # for another writer, before a write fails
+_CONNECTIONS = 20
+_WRITES = "hdprog_writes"
+
+
+class Database:
+    """Connections to the store's database.
+
+    Parameters
+    ----------
+    url : address as SQLAlchemy takes it, ``sqlite:///…`` or ``postgresql://…``
+
+    Raises
+    ------
+    UsageError
+        for an address of anything else
+    """
+
+    def __init__(self, url: str) -> None:
+        self.url = normalised(url)
+        self.engine = _engine(self.url)
+        self._readers = sessionmaker(self.engine, expire_on_commit=False)
+        writer = self.engine.execution_options(**{_WRITES: True})
+        self._writers = sessionmaker(writer, expire_on_commit=False)
+
+    @contextmanager
+    def reading(self) -> Iterator[Session]:
+        """Give a session for looking up."""
+        with self._readers() as session:
+            yield session
+
+    @contextmanager
+    def writing(self) -> Iterator[Session]:
+        """Give a session whose changes are kept when the block ends without an error."""
+        with self._writers.begin() as session:
+            yield session
+
+    def upgrade(self, to: str = "head") -> None:
+        """Bring the tables to a revision, the newest unless another is named."""
+        with self.engine.connect() as connection:
+            command.upgrade(_alembic(connection), to)
+            connection.commit()
+
+    def downgrade(self, to: str) -> None:
+        """Take the tables back to an earlier revision ("base" leaves none)."""
+        with self.engine.connect() as connection:
+            command.downgrade(_alembic(connection), to)
+            connection.commit()
+
+    def revision(self) -> str | None:
+        """Say which revision the tables have; None before the first."""
+        with self.engine.connect() as connection:
+            return MigrationContext.configure(connection).get_current_revision()
+
+    def close(self) -> None:
+        """Close all connections."""
+        self.engine.dispose()
+
+
+def newest_revision() -> str:
+    """Name the revision that this version of the program needs."""
+    head = ScriptDirectory.from_config(_alembic(None)).get_current_head()
+    assert head is not None
+    return head
+
+
+def normalised(url: str) -> str:
+    """Give a database's address with the driver that the extra `postgres` installs.
+
+    Raises
+    ------
+    UsageError
+        for what is no address, or a database other than SQLite and PostgreSQL
+    """
+    try:
+        parsed = make_url(url)
+    except ArgumentError as error:
+        raise UsageError(
+            f"--database: found {url!r}, expected an address such as "
+            "postgresql://user:password@host/name or sqlite:////path/to/file.db"
+        ) from error
+    kind = parsed.get_backend_name()
+    if kind == "postgresql":
+        parsed = parsed.set(drivername="postgresql+psycopg")
+    elif kind != "sqlite":
+        raise UsageError(
+            f"--database: found a database of the kind {kind}, expected sqlite or postgresql. "
+            "Leave --database out to keep everything in the data folder."
+        )
+    return parsed.render_as_string(hide_password=False)
+
+
+def sqlite_file(url: str) -> Path | None:
+    """Give the file of an SQLite database, None for another kind."""
+    parsed = make_url(url)
+    if parsed.get_backend_name() != "sqlite" or not parsed.database:
+        return None
+    return Path(parsed.database)
+
+
+def _engine(url: str) -> Engine:
+    if not url.startswith("sqlite"):
+        return create_engine(url, pool_size=_CONNECTIONS, pool_pre_ping=True)
+    engine = create_engine(
+        url,
+        pool_size=_CONNECTIONS,
+        connect_args={"timeout": _WAIT_SECONDS, "check_same_thread": False},
+    )
+
+    @event.listens_for(engine, "connect")
+    def prepare(connection: Any, _record: Any) -> None:
+        connection.isolation_level = None  # transactions begin where `begin` says so
+        connection.execute("PRAGMA journal_mode=WAL")  # readers and one writer side by side
+        connection.execute("PRAGMA synchronous=FULL")  # an accepted upload outlives a power cut
+        connection.execute("PRAGMA foreign_keys=ON")
+
+    @event.listens_for(engine, "begin")
+    def begin(connection: Connection) -> None:
+        # A reader that turned writer could find that another had written: writers wait first.
+        writes = connection.get_execution_options().get(_WRITES, False)
+        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+    return engine
+
+
+def _alembic(connection: Connection | None) -> Config:
+    config = Config()
+    config.set_main_option("script_location", "hdprog.store:migrations")
+    config.attributes["connection"] = connection
+    return config
+
+
+def reachable(database: Database) -> str | None:
+    """Say in words why the database does not answer; None where it does."""
+    try:
+        with database.engine.connect() as connection:
+            connection.exec_driver_sql("SELECT 1")
+    except SQLAlchemyError as error:
+        return str(getattr(error, "orig", error))
+    return None

@@ -1,0 +1,165 @@
+"""A drive as a folder: drive.toml, tests.csv and the loop files; out of the store and into it."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+import tomllib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+from sqlalchemy.orm import Session
+
+from hdprog.atomic import atomic_directory, atomic_write_text
+from hdprog.data.drive_folder import read_drive_folder
+from hdprog.data.tests_table import DriveTest
+from hdprog.errors import BadInputError
+from hdprog.store.audit import Actor, note
+from hdprog.store.drives import add_drive, content_of
+from hdprog.store.files import Files
+from hdprog.store.tables import DriveRow, TestRow
+from hdprog.store.uploads import TestFacts, add_test, list_tests, refresh_counts
+
+_COLUMNS = (
+    "test_id",
+    "file",
+    "service_hours",
+    "date",
+    "temperature_C",
+    "note",
+    "event",
+    "mean_torque_Nm",
+    "mean_speed_rpm",
+)
+_ENDING = re.compile(r"\.(csv|tsv|txt|dat|xlsx)(\.gz)?$|\.gz$", re.IGNORECASE)
+
+
+def write_drive_folder(
+    files: Files, content: dict[str, Any], tests: Sequence[TestRow], folder: Path
+) -> None:
+    """Write a drive's folder, whole or not at all.
+
+    Parameters
+    ----------
+    files : of the store
+    content : of drive.toml
+    tests : to be listed, with their records
+    folder : to be made
+    """
+    with atomic_directory(folder) as aside:
+        (aside / "loops").mkdir()
+        atomic_write_text(aside / "drive.toml", tomli_w.dumps(content))
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(_COLUMNS)
+        for test in tests:
+            file = f"loops/{test.label}{_ending(test.file_name)}"
+            (aside / file).write_bytes(files.record(test.sha256).read_bytes())
+            writer.writerow([test.label, file, *(_cell(value) for value in _facts(test))])
+        atomic_write_text(aside / "tests.csv", text.getvalue())
+
+
+def export_drive(session: Session, files: Files, drive: DriveRow, folder: Path) -> int:
+    """Write a drive and its accepted tests as a folder; gives the number of tests."""
+    tests = list_tests(session, drive, "accepted")
+    write_drive_folder(files, content_of(drive), tests, folder)
+    return len(tests)
+
+
+def import_drive(
+    session: Session,
+    files: Files,
+    actor: Actor,
+    folder: Path,
+    look: Callable[[Path, dict[str, Any]], tuple[dict[str, Any], str]],
+) -> tuple[DriveRow, list[TestRow]]:
+    """Take a drive's folder into the store, all of it or nothing.
+
+    Parameters
+    ----------
+    session, files : of the store
+    actor : who
+    folder : with drive.toml, tests.csv and the loop files
+    look : gives what is kept of a record's read-out and its picture as an SVG, from its path and
+        the drive's content
+
+    Raises
+    ------
+    BadInputError
+        for anything in the folder that cannot be used, or a drive that is there already
+    """
+    read = read_drive_folder(folder)
+    content = tomllib.loads((folder / "drive.toml").read_text("utf-8-sig"))
+    drive = add_drive(session, actor, content)
+    rows = []
+    for test in read.tests:
+        quality, picture = look(test.path, content)
+        with test.path.open("rb") as stream:
+            incoming, digest, size = files.receive(stream)
+        files.keep(incoming, digest)
+        atomic_write_text(files.picture(digest), picture)
+        row, new = add_test(
+            session,
+            actor,
+            drive,
+            _said(test),
+            file_name=test.path.name,
+            sha256=digest,
+            size=size,
+            quality=quality,
+            accepted=True,
+        )
+        if not new:
+            raise BadInputError(
+                f"the same record as that of test {row.label}",
+                f"{folder}, test {test.test_id}",
+                "records that differ",
+                "Remove the test whose record was copied in place of another.",
+            )
+        rows.append(row)
+    refresh_counts(session, drive)
+    note(session, actor, "drive imported", drive.name, tests=len(rows))
+    return drive, rows
+
+
+def _said(test: DriveTest) -> TestFacts:
+    return TestFacts(
+        service_hours=test.service_hours,
+        label=test.test_id,
+        tested_on=test.date,
+        temperature_C=test.temperature_C,
+        note=test.note,
+        event=test.event,
+        mean_torque_Nm=test.mean_torque_Nm,
+        mean_speed_rpm=test.mean_speed_rpm,
+    )
+
+
+def _facts(test: TestRow) -> tuple[object, ...]:
+    return (
+        test.service_hours,
+        test.tested_on,
+        test.temperature_C,
+        test.note,
+        None if test.event is None else test.event.kind,
+        test.mean_torque_Nm,
+        test.mean_speed_rpm,
+    )
+
+
+def _cell(value: object) -> str:
+    """Write a cell; a note loses the line breaks that tests.csv's reader would trip over."""
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        return f"{value:.0f}" if value == math.floor(value) else repr(value)
+    return " ".join(str(value).split())
+
+
+def _ending(name: str) -> str:
+    found = _ENDING.search(name)
+    return found[0].lower() if found else ".csv"

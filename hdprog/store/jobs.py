@@ -1,0 +1,143 @@
+"""Jobs as pages show them: asked for, under way, done; the queue itself is elsewhere."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Sequence
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from hdprog.store.audit import Actor, note
+from hdprog.store.tables import DriveRow, FitRow, JobRow, TestRow
+from hdprog.store.tables.base import now
+
+OPEN = ("queued", "running")
+
+
+def add_job(session: Session, actor: Actor, drive: DriveRow, test: TestRow | None) -> JobRow:
+    """Ask for an analysis of a drive, because of a test or of a change."""
+    job = JobRow(
+        id=str(uuid.uuid4()),
+        drive_id=drive.id,
+        test_id=None if test is None else test.id,
+        created_by=actor.name,
+    )
+    session.add(job)
+    session.flush()
+    return job
+
+
+def find_job(session: Session, number: str) -> JobRow | None:
+    """Find a job by its number."""
+    return session.get(JobRow, number)
+
+
+def jobs_of(session: Session, drive: DriveRow, count: int = 10) -> Sequence[JobRow]:
+    """Give the newest jobs of a drive."""
+    asked = (
+        select(JobRow)
+        .where(JobRow.drive_id == drive.id)
+        .order_by(JobRow.created_at.desc())
+        .limit(count)
+    )
+    return session.scalars(asked).all()
+
+
+def job_of_test(session: Session, test: TestRow) -> JobRow | None:
+    """Find the newest job that a test asked for."""
+    asked = select(JobRow).where(JobRow.test_id == test.id).order_by(JobRow.created_at.desc())
+    return session.scalars(asked.limit(1)).first()
+
+
+def open_jobs(session: Session) -> int:
+    """Count the jobs that wait or are under way."""
+    asked = select(func.count()).select_from(JobRow).where(JobRow.state.in_(OPEN))
+    return session.scalar(asked) or 0
+
+
+def start(session: Session, job: JobRow) -> int:
+    """Note that a worker took a job up, and give the number of this attempt."""
+    job.state, job.stage, job.progress, job.error = "running", "starting", 0.0, None
+    job.started_at, job.finished_at = now(), None
+    job.attempt += 1
+    return job.attempt
+
+
+def advance(session: Session, job: JobRow, attempt: int, stage: str, progress: float) -> bool:
+    """Note how far an attempt is; tells whether it may go on."""
+    if job.state != "running" or job.attempt != attempt:
+        return False
+    job.stage, job.progress = stage, min(max(progress, job.progress), 1.0)
+    return True
+
+
+def finish(session: Session, job: JobRow, attempt: int, analysis: str | None) -> bool:
+    """Note that an attempt is done; tells whether it had the right to be."""
+    if job.state != "running" or job.attempt != attempt:
+        return False
+    job.state, job.stage, job.progress = "done", "done", 1.0
+    job.finished_at, job.analysis_id = now(), analysis
+    return True
+
+
+def fail(session: Session, job: JobRow, attempt: int, error: str) -> None:
+    """Note why an attempt failed."""
+    if job.state == "running" and job.attempt == attempt:
+        job.state, job.stage, job.error = "failed", "failed", error
+        job.finished_at = now()
+
+
+def cancel(session: Session, actor: Actor, job: JobRow) -> bool:
+    """Call a job off; tells whether it was still open."""
+    if job.state not in OPEN:
+        return False
+    job.state, job.stage, job.cancelled = "failed", "cancelled", True
+    job.error = f"Cancelled by {actor.name}. Start it again from the job's page."
+    job.finished_at = now()
+    note(session, actor, "job cancelled", job.drive.name, job=job.id)
+    return True
+
+
+def finish_covered(session: Session, job: JobRow, analysis: str) -> int:
+    """Note that jobs which wait are done as well, where an analysis holds their test.
+
+    Ten uploads in a row so make one analysis of ten tests, not ten of one to ten.
+
+    Returns
+    -------
+    int
+        Number of such jobs.
+    """
+    fitted = select(FitRow.test_id).where(FitRow.analysis_id == analysis)
+    waiting = session.scalars(
+        select(JobRow).where(
+            JobRow.drive_id == job.drive_id,
+            JobRow.state == "queued",
+            JobRow.test_id.in_(fitted),
+            JobRow.created_at <= job.started_at,
+        )
+    ).all()
+    for one in waiting:
+        one.state, one.stage, one.progress = "done", "done", 1.0
+        one.finished_at, one.analysis_id = now(), analysis
+    return len(waiting)
+
+
+def reopen(session: Session, actor: Actor, job: JobRow) -> bool:
+    """Let a job that failed or was cancelled wait again; tells whether it had."""
+    if job.state != "failed":
+        return False
+    job.state, job.stage, job.cancelled, job.error = "queued", "waiting", False, None
+    job.progress, job.started_at, job.finished_at = 0.0, None, None
+    note(session, actor, "job started again", job.drive.name, job=job.id)
+    return True
+
+
+def ahead(session: Session, job: JobRow) -> int:
+    """Count the jobs that were asked for before one that waits, and are still open."""
+    if job.state != "queued":
+        return 0
+    asked = select(func.count()).select_from(JobRow)
+    asked = asked.where(JobRow.state.in_(OPEN), JobRow.created_at < job.created_at)
+    return session.scalar(asked) or 0

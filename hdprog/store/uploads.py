@@ -1,0 +1,232 @@
+"""Tests of a drive: uploaded, looked at, accepted, removed. The same record is one test."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import PurePosixPath, PureWindowsPath
+from typing import Any
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from hdprog.data.tests_table import EVENTS
+from hdprog.errors import BadInputError
+from hdprog.store.audit import Actor, note
+from hdprog.store.tables import DriveRow, EventRow, TestRow
+
+_LABEL = re.compile(r"[\w+\-][\w+\-. ]{0,99}")
+
+
+@dataclass(frozen=True)
+class TestFacts:
+    """What a user says of a test, as tests.csv has it; `label` is its test_id.
+
+    `service_hours` may be missing in a preview only.
+    """
+
+    __test__ = False  # not a pytest class
+
+    service_hours: float | None = None
+    label: str | None = None
+    tested_on: date | None = None
+    temperature_C: float | None = None
+    note: str | None = None
+    event: str | None = None
+    mean_torque_Nm: float | None = None
+    mean_speed_rpm: float | None = None
+
+    def check(self) -> None:
+        """Refuse what cannot be.
+
+        Raises
+        ------
+        BadInputError
+            naming the field
+        """
+        if self.event is not None and self.event not in EVENTS:
+            raise BadInputError(
+                f"the event {self.event!r}",
+                "field event",
+                "nothing, or one of " + ", ".join(EVENTS),
+                "Correct it; anything else belongs into the note.",
+            )
+        if self.label is not None and (
+            not _LABEL.fullmatch(self.label) or self.label.endswith((".", " "))
+        ):
+            raise BadInputError(
+                f"test_id = {self.label!r}",
+                "field test_id",
+                "a name of letters, digits, _ - + . or spaces, at most 100 of them",
+                "Rename the test, for example t01, or leave the field out.",
+            )
+
+
+def add_test(
+    session: Session,
+    actor: Actor,
+    drive: DriveRow,
+    facts: TestFacts,
+    *,
+    file_name: str,
+    sha256: str,
+    size: int,
+    quality: Mapping[str, Any],
+    accepted: bool,
+) -> tuple[TestRow, bool]:
+    """Add a record to a drive, or find the test that it already is.
+
+    Parameters
+    ----------
+    session, actor : of the change
+    drive : whose record it is
+    facts : what the user says
+    file_name : as the user's machine calls it, for people to read
+    sha256, size : of the record's bytes, which are kept already
+    quality : what was read out of it
+    accepted : it counts at once; else it waits for a person to look
+
+    Returns
+    -------
+    test, new : the test, and whether it was not there before
+
+    Raises
+    ------
+    BadInputError
+        for facts that cannot be, or a test_id that is taken
+    """
+    facts.check()
+    known = session.scalar(
+        select(TestRow).where(TestRow.drive_id == drive.id, TestRow.sha256 == sha256)
+    )
+    if known is not None:
+        if known.state == "accepted" or not accepted:
+            if known.state == "removed":
+                known.state = "preview"
+            return known, False
+        _state(known, facts)
+        known.state = "accepted"
+        note(session, actor, "test accepted", f"{drive.name} / {known.label}", sha256=sha256)
+        return known, False
+    if facts.label is not None:
+        _refuse_taken(session, drive, facts.label)
+    test = TestRow(
+        uid=f"new-{sha256}",
+        drive_id=drive.id,
+        label=f"new-{sha256}",
+        state="accepted" if accepted else "preview",
+        file_name=readable_name(file_name),
+        sha256=sha256,
+        size=size,
+        quality=dict(quality),
+        uploaded_by=actor.name,
+        tested_on=facts.tested_on,
+    )
+    session.add(test)
+    session.flush()
+    test.label = _free_label(session, drive, test.id) if facts.label is None else facts.label
+    test.uid = test.label if _free_uid(session, test.label) else f"{drive.id}-t{test.id:05d}"
+    _state(test, facts)
+    action = "test accepted" if accepted else "record uploaded"
+    note(session, actor, action, f"{drive.name} / {test.label}", file=file_name, sha256=sha256)
+    return test, True
+
+
+def accept(session: Session, actor: Actor, test: TestRow, facts: TestFacts) -> None:
+    """Let a record count, with what the user says of it.
+
+    Raises
+    ------
+    BadInputError
+        for facts that cannot be
+    """
+    facts.check()
+    _state(test, facts)
+    test.state = "accepted"
+    note(
+        session,
+        actor,
+        "test accepted",
+        f"{test.drive.name} / {test.label}",
+        service_hours=facts.service_hours,
+        event=facts.event,
+    )
+
+
+def remove(session: Session, actor: Actor, test: TestRow) -> None:
+    """Let a record no longer count; its bytes and what was found stay on record."""
+    test.state = "removed"
+    note(session, actor, "test removed", f"{test.drive.name} / {test.label}")
+
+
+def find_test(session: Session, name: str) -> TestRow | None:
+    """Find a test by its name in the store."""
+    return session.scalar(select(TestRow).where(TestRow.uid == name))
+
+
+def list_tests(session: Session, drive: DriveRow, *states: str) -> Sequence[TestRow]:
+    """Give the tests of a drive in some states, by service hours."""
+    asked = (
+        select(TestRow)
+        .where(TestRow.drive_id == drive.id, TestRow.state.in_(states))
+        .order_by(TestRow.service_hours, TestRow.id)
+    )
+    return session.scalars(asked).all()
+
+
+def refresh_counts(session: Session, drive: DriveRow) -> None:
+    """Bring what the fleet's page shows of a drive's tests up to date."""
+    session.flush()
+    accepted = (TestRow.drive_id == drive.id, TestRow.state == "accepted")
+    drive.tests = session.scalar(select(func.count()).select_from(TestRow).where(*accepted)) or 0
+    newest = session.scalar(
+        select(TestRow).where(*accepted).order_by(TestRow.service_hours.desc()).limit(1)
+    )
+    drive.last_test_hours = None if newest is None else newest.service_hours
+    drive.last_test_at = None if newest is None else newest.uploaded_at
+
+
+def readable_name(name: str) -> str:
+    """Give the last part of a file's name as people may see it, without signs that mislead."""
+    last = PurePosixPath(PureWindowsPath(name).name).name
+    plain = "".join(sign for sign in last if sign.isprintable())
+    return plain.strip()[-200:] or "record"
+
+
+def _state(test: TestRow, facts: TestFacts) -> None:
+    """Write down what the user says of a test."""
+    test.service_hours = facts.service_hours
+    test.tested_on = facts.tested_on
+    test.temperature_C = facts.temperature_C
+    test.note = facts.note or None
+    test.mean_torque_Nm, test.mean_speed_rpm = facts.mean_torque_Nm, facts.mean_speed_rpm
+    if facts.event is None:
+        test.event = None
+    elif test.event is None:
+        test.event = EventRow(kind=facts.event)
+    else:
+        test.event.kind = facts.event
+
+
+def _refuse_taken(session: Session, drive: DriveRow, label: str) -> None:
+    taken = select(TestRow).where(TestRow.drive_id == drive.id, TestRow.label == label)
+    if session.scalar(taken) is not None:
+        raise BadInputError(
+            f"test_id = {label!r} with another record",
+            "field test_id",
+            "a test_id that this drive has not had yet",
+            "Choose another, or leave the field out: the test is then named in order.",
+        )
+
+
+def _free_label(session: Session, drive: DriveRow, number: int) -> str:
+    """Make a label that is free in the drive and, with it, in the store."""
+    label = f"t{number:04d}"
+    taken = select(TestRow).where(TestRow.drive_id == drive.id, TestRow.label == label)
+    return label if session.scalar(taken) is None else f"t{number:04d}-{drive.id}"
+
+
+def _free_uid(session: Session, name: str) -> bool:
+    return session.scalar(select(TestRow.id).where(TestRow.uid == name)) is None

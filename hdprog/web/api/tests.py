@@ -1,0 +1,49 @@
+"""The API of tests: uploading records."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, File, Request, UploadFile
+
+from hdprog.store.uploads import TestFacts
+from hdprog.web.api.models import TestAccepted, problems
+from hdprog.web.facts import facts_of_form
+from hdprog.web.lookup import drive_named
+from hdprog.web.names import DriveName
+from hdprog.web.security.identity import WritingProgram
+from hdprog.web.service import service_of
+
+router = APIRouter(prefix="/api/v1", tags=["tests"])
+
+
+@router.post(
+    "/drives/{drive_id}/tests",
+    status_code=202,
+    responses=problems(400, 401, 403, 404, 413, 422, 507),
+)
+def upload_test(
+    request: Request,
+    who: WritingProgram,
+    drive_id: DriveName,
+    facts: Annotated[TestFacts, Depends(facts_of_form)],
+    file: Annotated[UploadFile, File(description="The record, as hdprog check reads it.")],
+) -> TestAccepted:
+    """Upload the record of a test, with its service hours.
+
+    A record that cannot be read is refused with the words of `hdprog check`. The same record
+    again is the same test. What makes one doubt that it is this drive's is among the warnings.
+    """
+    service = service_of(request)
+    with service.store.reading() as session:
+        name = drive_named(session, drive_id).name
+    service.require_room()
+    taken = service.take_in(who.actor, name, file.file, file.filename or "", facts, accepted=True)
+    doubts = [] if taken.doubt is None else [taken.doubt]
+    return TestAccepted(
+        job_id=None if taken.job is None else taken.job.id,
+        test_id=taken.test.label,
+        test_uid=taken.test.uid,
+        new=taken.new,
+        warnings=doubts + list(taken.test.quality.get("warnings", [])),
+    )

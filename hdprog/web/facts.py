@@ -1,0 +1,110 @@
+"""What a form says of a test."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from datetime import date
+from typing import Annotated
+
+from fastapi import Form
+
+from hdprog.errors import BadInputError
+from hdprog.store.uploads import TestFacts
+
+_MOST_HOURS = 1e9
+
+
+def facts_of_form(
+    service_hours: Annotated[
+        str, Form(description="Hours in service when the test was made, a number from zero up.")
+    ] = "",
+    event: Annotated[
+        str, Form(description="Empty, or regreased, reassembled or replaced before this test.")
+    ] = "",
+    test_id: Annotated[str, Form(description="Name in the drive; made where it is empty.")] = "",
+    date: Annotated[str, Form(description="Day of the test, as 2026-03-09.")] = "",
+    temperature_C: Annotated[str, Form(description="Temperature of the drive.")] = "",
+    note: Annotated[str, Form(max_length=2000)] = "",
+    mean_torque_Nm: Annotated[str, Form(description="Load since the test before.")] = "",
+    mean_speed_rpm: Annotated[str, Form(description="Speed since the test before.")] = "",
+) -> TestFacts:
+    """Read a form.
+
+    Raises
+    ------
+    BadInputError
+        naming the field
+    """
+    return read_facts(
+        {
+            "service_hours": service_hours,
+            "event": event,
+            "test_id": test_id,
+            "date": date,
+            "temperature_C": temperature_C,
+            "note": note,
+            "mean_torque_Nm": mean_torque_Nm,
+            "mean_speed_rpm": mean_speed_rpm,
+        }
+    )
+
+
+def read_facts(texts: Mapping[str, str]) -> TestFacts:
+    """Read the fields of a form as texts; an empty one says nothing.
+
+    Raises
+    ------
+    BadInputError
+        naming the field
+    """
+    given = {name: text.strip() for name, text in texts.items()}
+    hours = _number(given, "service_hours", 0.0)
+    if hours is None:
+        raise BadInputError(
+            "no service hours",
+            "field service_hours",
+            "hours in service when the test was made",
+            "Fill it in; a new drive has 0.",
+        )
+    facts = TestFacts(
+        service_hours=hours,
+        label=given.get("test_id") or None,
+        tested_on=_day(given.get("date", "")),
+        temperature_C=_number(given, "temperature_C", -273.15),
+        note=given.get("note") or None,
+        event=given.get("event") or None,
+        mean_torque_Nm=_number(given, "mean_torque_Nm", 0.0),
+        mean_speed_rpm=_number(given, "mean_speed_rpm", 0.0),
+    )
+    facts.check()
+    return facts
+
+
+def _number(given: Mapping[str, str], name: str, least: float) -> float | None:
+    text = given.get(name, "")
+    if not text:
+        return None
+    try:
+        value = float(text.replace(",", "."))
+    except ValueError:
+        value = math.nan
+    if not least <= value <= _MOST_HOURS:
+        raise BadInputError(
+            f"{name} = {text[:40]!r}", f"field {name}", f"a number from {least:g} up", "Correct it."
+        )
+    return value
+
+
+def _day(text: str) -> date | None:
+    if not text:
+        return None
+    try:
+        return date.fromisoformat(text)
+    except ValueError:
+        raise BadInputError(
+            f"date = {text[:40]!r}",
+            "field date",
+            "a day in ISO 8601, like 2026-03-09",
+            "Write year, month and day in this order.",
+        ) from None

@@ -1,0 +1,40 @@
+"""Hours of forecasts as pages say them: to the digits that their spread allows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from hdprog.reporting.rounding import floored, hours, hours_up, without_unit
+
+LATER = "past the horizon"
+
+
+def spread(levels: Mapping[str, float | None]) -> float | None:
+    """Give half the 90 % interval; None where an end is past the horizon."""
+    low, high = levels.get("q05"), levels.get("q95")
+    return None if low is None or high is None else (high - low) / 2.0
+
+
+def middle_words(levels: Mapping[str, float | None], start: float = 0.0) -> str:
+    """Say the median, counted from `start`."""
+    value = levels.get("q50")
+    return LATER if value is None else hours(start + value, spread(levels))
+
+
+def interval_words(levels: Mapping[str, float | None], start: float = 0.0) -> str:
+    """Say the 90 % interval, its early end rounded down and its late end up."""
+    low, high, around = levels.get("q05"), levels.get("q95"), spread(levels)
+    if low is None:
+        return LATER
+    if high is None or around is None:
+        return f"{hours(start + low)} to {LATER}"
+    early = without_unit(hours(floored(start + low, around)))
+    return f"{early} to {hours_up(start + high, around)}"
+
+
+def inspect_words(at: float | None, now: float, levels: Mapping[str, float | None]) -> str:
+    """Say by which service hour to inspect, rounded down, though not to before now."""
+    if at is None:
+        return LATER
+    wait = max(at - now, 5.0)
+    return hours(max(floored(at, min(spread(levels) or wait, wait)), min(at, now)))

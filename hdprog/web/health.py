@@ -1,0 +1,44 @@
+"""Is the service well? For whoever watches over it; needs no login and tells nothing of drives."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Request, Response
+from pydantic import BaseModel
+
+from hdprog import __version__
+from hdprog.store import jobs
+from hdprog.store.database import reachable
+from hdprog.web.service import service_of
+
+router = APIRouter(tags=["health"])
+
+
+class Health(BaseModel):
+    """The service's state."""
+
+    status: str
+    version: str
+    database: str
+    disk: str
+    open_jobs: int | None
+
+
+@router.get("/healthz", responses={503: {"model": Health, "description": "Not well."}})
+def health(request: Request, response: Response) -> Health:
+    """Say whether the database answers and the disk has room."""
+    service = service_of(request)
+    well = reachable(service.store.database) is None
+    room = service.has_room()
+    count = None
+    if well:
+        with service.store.reading() as session:
+            count = jobs.open_jobs(session)
+    if not (well and room):
+        response.status_code = 503
+    return Health(
+        status="ok" if well and room else "unwell",
+        version=__version__,
+        database="ok" if well else "no answer",
+        disk="ok" if room else "full",
+        open_jobs=count,
+    )

@@ -1,0 +1,57 @@
+"""A drive: its verdict, trend, forecast and tests, and the form for the next record."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from fastapi import APIRouter, Request
+from starlette.responses import Response
+
+from hdprog.store import analyses, jobs
+from hdprog.store.drives import content_of
+from hdprog.store.uploads import list_tests
+from hdprog.web.lookup import drive_named
+from hdprog.web.names import DriveName
+from hdprog.web.rendering import render
+from hdprog.web.security.identity import Viewer
+from hdprog.web.service import Service, service_of
+
+router = APIRouter()
+
+
+@router.get("/drives/{drive_id}")
+def drive_page(request: Request, who: Viewer, drive_id: DriveName) -> Response:
+    """Show a drive."""
+    service = service_of(request)
+    with service.store.reading() as session:
+        drive = drive_named(session, drive_id)
+        history = analyses.analyses_of(session, drive, 20)
+        recent = jobs.jobs_of(session, drive, 20)
+        fits = analyses.fits_of(session, drive)
+        context = {
+            "drive": drive,
+            "content": content_of(drive),
+            "tests": list_tests(session, drive, "accepted"),
+            "previews": list_tests(session, drive, "preview"),
+            "fits": {fit.test_id: fit for fit in fits},
+            "forecasts": analyses.forecasts_of(session, drive),
+            "history": history,
+            "then": analyses.first_limits(session, history),
+            "open_jobs": [job for job in recent if job.state in jobs.OPEN],
+            "failed_jobs": [job for job in recent[:1] if job.state == "failed"],
+            "pictures": pictures(service, drive.analysis_id),
+            "verdict": next((one for one in history if one.id == drive.analysis_id), None),
+        }
+    return render(request, "drive.html", context, who=who)
+
+
+def pictures(service: Service, analysis: str | None) -> list[dict[str, Any]]:
+    """Give the words of an analysis's pictures, in their order."""
+    if analysis is None:
+        return []
+    path = service.store.files.analysis(analysis) / "pictures" / "pictures.json"
+    if not path.is_file():
+        return []
+    found: list[dict[str, Any]] = json.loads(path.read_text("utf-8"))
+    return found

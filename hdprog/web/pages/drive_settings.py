@@ -1,0 +1,87 @@
+"""What is declared of a drive, to be changed in a form or as its drive.toml."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Annotated, Any
+
+import tomli_w
+from fastapi import APIRouter, Depends, Form, Request
+from starlette.responses import RedirectResponse, Response
+
+from hdprog.errors import BadInputError
+from hdprog.store.drives import change_drive, content_of
+from hdprog.web.drive_form import content_of_form, fields_of
+from hdprog.web.lookup import drive_named
+from hdprog.web.names import DriveName
+from hdprog.web.rendering import render
+from hdprog.web.security.identity import Engineer, Identity, form_of_ours
+from hdprog.web.service import service_of
+
+router = APIRouter()
+
+
+@router.get("/drives/{drive_id}/settings")
+def settings_page(request: Request, who: Engineer, drive_id: DriveName) -> Response:
+    """Show what is declared."""
+    with service_of(request).store.reading() as session:
+        content = content_of(drive_named(session, drive_id))
+    return _page(request, who, drive_id, fields_of(content), tomli_w.dumps(content), [])
+
+
+@router.post("/drives/{drive_id}/settings", dependencies=[Depends(form_of_ours)])
+async def change(request: Request, who: Engineer, drive_id: DriveName) -> Response:
+    """Declare the drive anew, by the form's fields."""
+    fields = {name: str(value) for name, value in (await request.form()).items()}
+    fields["id"] = drive_id
+    with service_of(request).store.reading() as session:
+        before = content_of(drive_named(session, drive_id))
+    try:
+        return _changed(request, who, drive_id, content_of_form(fields, before))
+    except BadInputError as error:
+        kept = fields_of({}) | fields
+        return _page(request, who, drive_id, kept, tomli_w.dumps(before), [str(error)])
+
+
+@router.post("/drives/{drive_id}/settings/toml", dependencies=[Depends(form_of_ours)])
+def change_toml(
+    request: Request,
+    who: Engineer,
+    drive_id: DriveName,
+    text: Annotated[str, Form(max_length=100_000)] = "",
+) -> Response:
+    """Declare the drive anew, by the text of a drive.toml."""
+    try:
+        return _changed(request, who, drive_id, tomllib.loads(text.replace("\r\n", "\n")))
+    except tomllib.TOMLDecodeError as error:
+        problem = (
+            f"drive.toml: found text that is not valid TOML ({error}); expected a drive's file. "
+            "Correct that place; text values need quotation marks."
+        )
+    except BadInputError as error:
+        problem = str(error)
+    with service_of(request).store.reading() as session:
+        before = content_of(drive_named(session, drive_id))
+    return _page(request, who, drive_id, fields_of(before), text, [problem])
+
+
+def _changed(request: Request, who: Identity, name: str, content: dict[str, Any]) -> Response:
+    service = service_of(request)
+    with service.store.writing() as session:
+        drive = drive_named(session, name)
+        change_drive(session, who.actor, drive, content)
+        if drive.tests:
+            service.ask(session, who.actor, drive, None)
+    return RedirectResponse(f"/drives/{name}?said=saved", 303)
+
+
+def _page(
+    request: Request,
+    who: Identity,
+    name: str,
+    fields: dict[str, str],
+    text: str,
+    problems: list[str],
+) -> Response:
+    context = {"name": name, "fields": fields, "text": text, "problems": problems}
+    return render(request, "drive_settings.html", context, 422 if problems else 200, who=who)

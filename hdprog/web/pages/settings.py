@@ -1,0 +1,151 @@
+"""Settings: one's own password; for administrators accounts, tokens and the service."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Form, Request
+from starlette.responses import RedirectResponse, Response
+
+from hdprog.errors import BadInputError
+from hdprog.store import accounts
+from hdprog.store.settings import ServiceSettings, change_settings, service_settings
+from hdprog.store.tables import TokenRow, UserRow
+from hdprog.web.rendering import render
+from hdprog.web.security.identity import (
+    SESSION,
+    Admin,
+    Identity,
+    NotAllowedError,
+    Viewer,
+    form_of_ours,
+)
+from hdprog.web.service import service_of
+
+router = APIRouter()
+_OURS = [Depends(form_of_ours)]
+
+
+@router.get("/settings")
+def settings_page(request: Request, who: Viewer) -> Response:
+    """Show the settings."""
+    return _page(request, who)
+
+
+@router.post("/settings/password", dependencies=_OURS)
+def change_password(
+    request: Request,
+    who: Viewer,
+    old: Annotated[str, Form(max_length=2000)] = "",
+    new: Annotated[str, Form(max_length=2000)] = "",
+) -> Response:
+    """Change one's own password."""
+    service = service_of(request)
+    with service.store.reading() as session:
+        user = accounts.find_user(session, who.name)
+    if user is None or not accounts.verify(user, old):
+        return _page(request, who, "Your password: found another than the one in use. Try again.")
+    try:
+        with service.store.writing() as session:
+            accounts.set_password(session, who.actor, session.get_one(UserRow, user.id), new)
+    except BadInputError as error:
+        return _page(request, who, str(error))
+    response = RedirectResponse("/login?said=password", 303)
+    response.delete_cookie(SESSION)
+    return response
+
+
+@router.post("/settings/service", dependencies=_OURS)
+def change_service(
+    request: Request,
+    who: Admin,
+    title: Annotated[str, Form(max_length=80)] = "",
+    quick: Annotated[str, Form()] = "",
+) -> Response:
+    """Change the settings of the service."""
+    with service_of(request).store.writing() as session:
+        change_settings(session, who.actor, ServiceSettings(title.strip(), bool(quick)))
+    return RedirectResponse("/settings?said=saved", 303)
+
+
+@router.post("/settings/users", dependencies=_OURS)
+def add_user(
+    request: Request,
+    who: Admin,
+    name: Annotated[str, Form(max_length=200)] = "",
+    password: Annotated[str, Form(max_length=2000)] = "",
+    role: Annotated[str, Form()] = "viewer",
+) -> Response:
+    """Make an account."""
+    try:
+        with service_of(request).store.writing() as session:
+            accounts.add_user(session, who.actor, name.strip(), password, accounts.role_named(role))
+    except BadInputError as error:
+        return _page(request, who, str(error))
+    return RedirectResponse("/settings?said=saved#users", 303)
+
+
+@router.post("/settings/users/{number}", dependencies=_OURS)
+def change_user(
+    request: Request,
+    who: Admin,
+    number: int,
+    role: Annotated[str, Form()] = "viewer",
+    disabled: Annotated[str, Form()] = "",
+) -> Response:
+    """Give an account another role, or switch it off or on."""
+    try:
+        with service_of(request).store.writing() as session:
+            user = session.get(UserRow, number)
+            if user is not None:
+                wanted = accounts.role_named(role)
+                accounts.change_user(session, who.actor, user, wanted, disabled=bool(disabled))
+    except BadInputError as error:
+        return _page(request, who, str(error))
+    return RedirectResponse("/settings?said=saved#users", 303)
+
+
+@router.post("/settings/tokens", dependencies=_OURS)
+def add_token(
+    request: Request,
+    who: Admin,
+    name: Annotated[str, Form(max_length=200)] = "",
+    role: Annotated[str, Form()] = "engineer",
+) -> Response:
+    """Make a token and show it, this once."""
+    try:
+        with service_of(request).store.writing() as session:
+            wanted = accounts.role_named(role)
+            text = accounts.add_token(session, who.actor, name.strip(), wanted)
+    except BadInputError as error:
+        return _page(request, who, str(error))
+    return _page(request, who, token=text)
+
+
+@router.post("/settings/tokens/{number}/revoke", dependencies=_OURS)
+def revoke_token(request: Request, who: Admin, number: int) -> Response:
+    """Make a token worthless."""
+    with service_of(request).store.writing() as session:
+        token = session.get(TokenRow, number)
+        if token is not None and token.revoked_at is None:
+            accounts.revoke_token(session, who.actor, token)
+    return RedirectResponse("/settings?said=saved#tokens", 303)
+
+
+def _page(
+    request: Request, who: Identity, problem: str | None = None, token: str | None = None
+) -> Response:
+    service = service_of(request)
+    if token is not None and not who.may("admin"):
+        raise NotAllowedError("admin")
+    with service.store.reading() as session:
+        context = {
+            "problem": problem,
+            "token": token,
+            "service": service_settings(session),
+            "roles": accounts.ROLES,
+            "least_password": accounts.LEAST_PASSWORD,
+            "users": accounts.users(session) if who.may("admin") else [],
+            "tokens": accounts.tokens(session) if who.may("admin") else [],
+        }
+    return render(request, "settings.html", context, 422 if problem else 200, who=who)

@@ -1,0 +1,66 @@
+"""A test: its record, its fit and its report."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Depends, Request
+from starlette.concurrency import run_in_threadpool
+from starlette.responses import RedirectResponse, Response
+
+from hdprog.errors import BadInputError
+from hdprog.store import analyses, jobs
+from hdprog.store.uploads import accept, remove
+from hdprog.web.facts import read_facts
+from hdprog.web.lookup import test_named
+from hdprog.web.names import TestName
+from hdprog.web.rendering import render
+from hdprog.web.security.identity import Engineer, Identity, Viewer, form_of_ours
+from hdprog.web.service import service_of
+
+router = APIRouter()
+
+
+@router.get("/tests/{test_id}")
+def test_page(request: Request, who: Viewer, test_id: TestName) -> Response:
+    """Show a test."""
+    return _page(request, who, test_id, None)
+
+
+@router.post("/tests/{test_id}", dependencies=[Depends(form_of_ours)])
+async def change(request: Request, who: Engineer, test_id: TestName) -> Response:
+    """Change what was said of a test, or remove it."""
+    texts = {name: str(value) for name, value in (await request.form()).items()}
+    return await run_in_threadpool(_change, request, who, test_id, texts)
+
+
+def _change(request: Request, who: Identity, test_id: str, texts: dict[str, str]) -> Response:
+    service = service_of(request)
+    try:
+        facts = None if "remove" in texts else read_facts(texts)
+    except BadInputError as error:
+        return _page(request, who, test_id, str(error))
+    with service.store.writing() as session:
+        test = test_named(session, test_id)
+        drive = test.drive
+        if facts is None:
+            remove(session, who.actor, test)
+        else:
+            accept(session, who.actor, test, facts)
+        job = service.ask(session, who.actor, drive, None)
+    return RedirectResponse(f"/jobs/{job.id}?said=saved", 303)
+
+
+def _page(request: Request, who: Identity, test_id: str, problem: str | None) -> Response:
+    service = service_of(request)
+    with service.store.reading() as session:
+        test = test_named(session, test_id)
+        drive = test.drive
+        fit = analyses.newest_fit(session, drive, test)
+        context = {
+            "test": test,
+            "drive": drive,
+            "fit": fit,
+            "job": jobs.job_of_test(session, test),
+            "problem": problem,
+            "has_picture": service.store.files.picture(test.sha256).is_file(),
+        }
+    return render(request, "test.html", context, 422 if problem else 200, who=who)

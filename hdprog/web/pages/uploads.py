@@ -1,0 +1,166 @@
+"""Uploads: records are read and shown before they count."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fastapi import APIRouter, Depends, Request
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import FormData, UploadFile
+from starlette.responses import RedirectResponse, Response
+
+from hdprog.errors import BadInputError
+from hdprog.store.tables import DriveRow
+from hdprog.store.uploads import TestFacts, accept, find_test, list_tests, readable_name, remove
+from hdprog.web.facts import read_facts
+from hdprog.web.lookup import drive_named
+from hdprog.web.names import DriveName
+from hdprog.web.rendering import render
+from hdprog.web.security.identity import Engineer, Identity, form_of_ours
+from hdprog.web.service import UnreadableError, service_of
+
+router = APIRouter()
+_FIELDS = (
+    "service_hours",
+    "date",
+    "event",
+    "temperature_C",
+    "note",
+    "mean_torque_Nm",
+    "mean_speed_rpm",
+)
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A file that cannot be used."""
+
+    name: str
+    problems: tuple[str, ...]
+
+
+@router.get("/drives/{drive_id}/uploads")
+def uploads_page(request: Request, who: Engineer, drive_id: DriveName) -> Response:
+    """Show the records that wait for somebody to look at them."""
+    return _page(request, who, drive_id, [], [], {}, {})
+
+
+@router.post("/drives/{drive_id}/uploads", dependencies=[Depends(form_of_ours)])
+async def upload(request: Request, who: Engineer, drive_id: DriveName) -> Response:
+    """Read records and show what is in them."""
+    form = await request.form(max_files=200)
+    files = [one for one in form.getlist("files") if isinstance(one, UploadFile) and one.filename]
+    if not files:
+        return RedirectResponse(f"/drives/{drive_id}?said=empty", 303)
+    return await run_in_threadpool(_take_in, request, who, drive_id, files)
+
+
+@router.post("/drives/{drive_id}/uploads/accept", dependencies=[Depends(form_of_ours)])
+async def accept_uploads(request: Request, who: Engineer, drive_id: DriveName) -> Response:
+    """Let the records count that the form says all of."""
+    form = await request.form()
+    return await run_in_threadpool(_accept, request, who, drive_id, form)
+
+
+def _take_in(request: Request, who: Identity, drive_id: str, files: list[UploadFile]) -> Response:
+    service = service_of(request)
+    service.require_room()
+    with service.store.reading() as session:
+        name = drive_named(session, drive_id).name
+    refused: list[Refused] = []
+    known: list[str] = []
+    for file in files:
+        try:
+            taken = service.take_in(
+                who.actor, name, file.file, file.filename or "", TestFacts(), accepted=False
+            )
+        except UnreadableError as error:
+            refused.append(Refused(readable_name(file.filename or ""), error.problems))
+            continue
+        if not taken.new and taken.test.state == "accepted":
+            known.append(
+                f"{readable_name(file.filename or '')} is test {taken.test.label} of this drive "
+                "already, byte by byte."
+            )
+    if not refused and not known:
+        return RedirectResponse(f"/drives/{name}/uploads", 303)
+    return _page(request, who, name, refused, known, {}, {}, 422 if refused else 200)
+
+
+def _accept(request: Request, who: Identity, drive_id: str, form: FormData) -> Response:
+    service = service_of(request)
+    texts = {name: value for name, value in form.items() if isinstance(value, str)}
+    if discarded := texts.get("discard"):
+        return _discard(request, who, drive_id, discarded)
+    problems: dict[str, str] = {}
+    last = None
+    with service.store.writing() as session:
+        drive = drive_named(session, drive_id)
+        waiting = list_tests(session, drive, "preview")
+        facts = {
+            test.uid: _facts_of(test.uid, texts, test.quality.get("doubt"), problems)
+            for test in waiting
+            if f"{test.uid}-service_hours" in texts
+        }
+        if not problems:
+            for test in waiting:
+                said = facts.get(test.uid)
+                if said is not None:
+                    accept(session, who.actor, test, said)
+                    last = service.ask(session, who.actor, drive, test)
+    if problems:
+        return _page(request, who, drive_id, [], [], problems, texts, 422)
+    if last is not None and len(facts) == 1:
+        return RedirectResponse(f"/jobs/{last.id}?said=accepted", 303)
+    return RedirectResponse(f"/drives/{drive_id}?said=accepted", 303)
+
+
+def _facts_of(
+    uid: str, texts: dict[str, str], doubt: str | None, problems: dict[str, str]
+) -> TestFacts | None:
+    """Read what the form says of one record; what is wrong with it goes among the problems."""
+    try:
+        facts = read_facts({name: texts.get(f"{uid}-{name}", "") for name in _FIELDS})
+    except BadInputError as error:
+        problems[uid] = str(error)
+        return None
+    if doubt and f"{uid}-sure" not in texts:
+        problems[uid] = f"{doubt} Tick the box if it is, or discard the record."
+        return None
+    return facts
+
+
+def _discard(request: Request, who: Identity, drive_id: str, uid: str) -> Response:
+    service = service_of(request)
+    with service.store.writing() as session:
+        drive = drive_named(session, drive_id)
+        test = find_test(session, uid)
+        if test is not None and test.drive_id == drive.id and test.state == "preview":
+            remove(session, who.actor, test)
+        left = len(list_tests(session, drive, "preview"))
+    if left:
+        return RedirectResponse(f"/drives/{drive_id}/uploads?said=discarded", 303)
+    return RedirectResponse(f"/drives/{drive_id}?said=discarded", 303)
+
+
+def _page(
+    request: Request,
+    who: Identity,
+    drive_id: str,
+    refused: list[Refused],
+    known: list[str],
+    problems: dict[str, str],
+    texts: dict[str, str],
+    status: int = 200,
+) -> Response:
+    with service_of(request).store.reading() as session:
+        drive: DriveRow = drive_named(session, drive_id)
+        context = {
+            "drive": drive,
+            "previews": list_tests(session, drive, "preview"),
+            "refused": refused,
+            "known": known,
+            "problems": problems,
+            "texts": texts,
+        }
+    return render(request, "uploads.html", context, status, who=who)

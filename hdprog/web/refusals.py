@@ -1,0 +1,143 @@
+"""How requests are refused: JSON for programs, a page for people, the same words for both."""
+
+from __future__ import annotations
+
+from urllib.parse import quote
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.responses import JSONResponse, RedirectResponse, Response
+
+from hdprog.errors import BadInputError
+from hdprog.store.drives import DriveExistsError
+from hdprog.web.lookup import UnknownError
+from hdprog.web.rendering import render
+from hdprog.web.security.identity import (
+    ForgedFormError,
+    LoginNeededError,
+    NotAllowedError,
+    TokenNeededError,
+)
+from hdprog.web.service import NoRoomError, UnreadableError
+
+
+def install(app: FastAPI) -> None:
+    """Have the application answer its errors in words."""
+    app.add_exception_handler(BadInputError, _bad_input)
+    app.add_exception_handler(UnreadableError, _unreadable)
+    app.add_exception_handler(UnknownError, _unknown)
+    app.add_exception_handler(RequestValidationError, _invalid)
+    app.add_exception_handler(HTTPException, _http)
+    app.add_exception_handler(LoginNeededError, _login)
+    app.add_exception_handler(NotAllowedError, _not_allowed)
+    app.add_exception_handler(TokenNeededError, _token)
+    app.add_exception_handler(ForgedFormError, _forged)
+    app.add_exception_handler(NoRoomError, _no_room)
+    app.add_exception_handler(Exception, _mistake)
+
+
+def refuse(request: Request, code: int, *problems: str, title: str | None = None) -> Response:
+    """Answer with a refusal."""
+    if request.url.path.startswith("/api/"):
+        return JSONResponse({"detail": " ".join(problems), "problems": list(problems)}, code)
+    return render(
+        request,
+        "refusal.html",
+        {"title": title or _TITLES.get(code, "That did not work"), "problems": problems},
+        code,
+    )
+
+
+_TITLES = {
+    400: "That request made no sense",
+    403: "Not allowed",
+    404: "Not found",
+    405: "Not found",
+    409: "It is there already",
+    413: "Too large",
+    422: "That cannot be used",
+    500: "A mistake of ours",
+    507: "The disk is full",
+}
+
+
+def _bad_input(request: Request, error: Exception) -> Response:
+    return refuse(request, 409 if isinstance(error, DriveExistsError) else 422, str(error))
+
+
+def _unreadable(request: Request, error: Exception) -> Response:
+    assert isinstance(error, UnreadableError)
+    return refuse(request, 422, *error.problems)
+
+
+def _unknown(request: Request, error: Exception) -> Response:
+    return refuse(request, 404, str(error))
+
+
+def _invalid(request: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)
+    words = []
+    for one in error.errors():
+        place = " ".join(str(part) for part in one["loc"])
+        found = repr(one.get("input"))[:80]
+        words.append(f"{place}: found {found}; expected otherwise: {one['msg']}. Correct it.")
+    return refuse(request, 422, *words)
+
+
+def _http(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    words = f"{request.method} {request.url.path}: found nothing to do ({error.detail})."
+    answer = refuse(request, error.status_code, words)
+    answer.headers.update(error.headers or {})
+    return answer
+
+
+def _login(request: Request, error: Exception) -> Response:
+    if request.method == "GET":
+        return RedirectResponse(f"/login?next={quote(request.url.path)}", 303)
+    return RedirectResponse("/login", 303)
+
+
+def _not_allowed(request: Request, error: Exception) -> Response:
+    assert isinstance(error, NotAllowedError)
+    return refuse(
+        request,
+        403,
+        f"This needs the role {error.needed}, which the account or token in use does not have. Ask "
+        "an administrator for it.",
+    )
+
+
+def _token(request: Request, error: Exception) -> Response:
+    answer = refuse(
+        request,
+        401,
+        "Authorization: found no valid token; expected 'Bearer TOKEN'. Make one with "
+        "`hdprog token add NAME`.",
+    )
+    answer.headers["www-authenticate"] = "Bearer"
+    return answer
+
+
+def _forged(request: Request, error: Exception) -> Response:
+    return refuse(
+        request,
+        403,
+        "This form was not on a page of this server, or the page was opened before the last login. "
+        "Go back, load the page again and send the form once more.",
+        title="The form has expired",
+    )
+
+
+def _no_room(request: Request, error: Exception) -> Response:
+    return refuse(request, 507, str(error))
+
+
+def _mistake(request: Request, error: Exception) -> Response:
+    return refuse(
+        request,
+        500,
+        "hdprog met a mistake of its own. Nothing that was accepted is lost. The server's log says "
+        "more; please report it.",
+    )

@@ -1,0 +1,129 @@
+"""Pages out of templates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from datetime import datetime
+from functools import cache
+from typing import Any
+from urllib.parse import quote
+
+import jinja2
+from fastapi import Request
+from starlette.responses import HTMLResponse, Response
+
+from hdprog import __version__
+from hdprog.reporting.rounding import hours, percent, plain, significant
+from hdprog.reporting.words import counted, quantity, tidy, with_unit
+from hdprog.web.forecast_words import inspect_words, interval_words, middle_words
+from hdprog.web.security.identity import Identity, csrf_token, leave_visit
+from hdprog.web.service import service_of
+from hdprog.web.sparkline import sparkline
+
+_SAID = {
+    "made": "The drive is made. Upload its first test below.",
+    "saved": "Saved.",
+    "accepted": "Accepted. The results below are brought up to date by the job that is under way.",
+    "discarded": "Discarded. It does not count.",
+    "cancelled": "The job is called off.",
+    "again": "The job waits for its turn again.",
+    "password": "The password is changed. Log in again with the new one.",
+    "out": "You are logged out.",
+    "empty": "No file was chosen. Choose one or several records first.",
+    "imported": "The drive is imported.",
+}
+
+
+def render(
+    request: Request,
+    template: str,
+    context: Mapping[str, Any],
+    status: int = 200,
+    *,
+    who: Identity | None = None,
+) -> Response:
+    """Make a page.
+
+    Parameters
+    ----------
+    request : that the page answers
+    template : name of its template
+    context : what the template needs
+    status : of the answer
+    who : is asking; pages without one show no way further
+    """
+    settings = service_of(request).settings
+    html = (
+        environment()
+        .get_template(template)
+        .render(
+            csrf=csrf_token(request),
+            who=who,
+            login=settings.login,
+            said=_SAID.get(request.query_params.get("said", "")),
+            path=request.url.path,
+            version=__version__,
+            max_upload_mb=settings.max_upload_mb,
+            **context,
+        )
+    )
+    response = HTMLResponse(html, status)
+    leave_visit(request, response)
+    return response
+
+
+@cache
+def environment() -> jinja2.Environment:
+    """Return the templates of all pages."""
+    made = jinja2.Environment(
+        loader=jinja2.PackageLoader("hdprog.web"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.filters.update(
+        tidy=tidy,
+        hours=_hours,
+        percent=_percent,
+        moment=_moment,
+        size=_size,
+        number=_number,
+        declared=plain,
+        segment=_segment,
+    )
+    made.globals.update(
+        middle_words=middle_words,
+        interval_words=interval_words,
+        inspect_words=inspect_words,
+        sparkline=sparkline,
+        quantity=quantity,
+        with_unit=with_unit,
+        counted=counted,
+    )
+    return made
+
+
+def _hours(value: float | None, otherwise: str = "–") -> str:
+    return otherwise if value is None else hours(value)
+
+
+def _percent(value: float | None, otherwise: str = "–") -> str:
+    return otherwise if value is None else percent(value)
+
+
+def _number(value: float | None, otherwise: str = "–") -> str:
+    return otherwise if value is None else significant(value)
+
+
+def _moment(value: datetime | None) -> str:
+    return "–" if value is None else f"{value:%Y-%m-%d %H:%M} UTC"
+
+
+def _size(value: int) -> str:
+    return f"{value / 1e6:.1f} MB" if value >= 1e6 else f"{value / 1e3:.0f} kB"
+
+
+def _segment(text: str) -> str:
+    """Give a name as a part of an address."""
+    return quote(text, safe="")

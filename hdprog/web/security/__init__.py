@@ -1,0 +1,1 @@
+"""Who is asking, and what answers carry to keep others out."""

@@ -1,0 +1,68 @@
+"""A limit on what a request brings, kept while it streams in."""
+
+from __future__ import annotations
+
+from starlette.datastructures import Headers
+from starlette.responses import JSONResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+
+class _TooLargeError(Exception):
+    """The body went over the limit."""
+
+
+class BodyLimit:
+    """Refuse bodies over a size: by what they claim at once, else as soon as they get there.
+
+    Parameters
+    ----------
+    app : what lies behind
+    most : bytes
+    """
+
+    def __init__(self, app: ASGIApp, most: int) -> None:
+        self.app, self.most = app, most
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on, counting."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        claimed = Headers(scope=scope).get("content-length", "0")
+        if not claimed.isdigit() or int(claimed) > self.most:
+            await self._refuse(scope, receive, send)
+            return
+        seen, begun, over = 0, False, False
+
+        async def counted() -> Message:
+            nonlocal seen, over
+            message = await receive()
+            seen += len(message.get("body", b""))
+            if seen > self.most:
+                over = True
+                raise _TooLargeError
+            return message
+
+        async def passed(message: Message) -> None:
+            nonlocal begun
+            if over and not begun:
+                return  # what lies behind took the end of the stream for a mistake in it
+            begun = True
+            await send(message)
+
+        try:
+            await self.app(scope, counted, passed)
+        except _TooLargeError:
+            if begun:
+                raise
+        if over and not begun:
+            await self._refuse(scope, receive, send)
+
+    async def _refuse(self, scope: Scope, receive: Receive, send: Send) -> None:
+        words = (
+            f"request: found more than {self.most / 1e6:g} MB; expected at most that. Upload one "
+            "test at a time, pack it with gzip or keep every tenth row; whoever runs the server "
+            "can raise --max-upload-mb."
+        )
+        answer = JSONResponse({"detail": words, "problems": [words]}, 413, {"connection": "close"})
+        await answer(scope, receive, send)

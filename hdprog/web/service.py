@@ -1,0 +1,200 @@
+"""What every request needs: the store, the queue and the readers, opened once."""
+
+from __future__ import annotations
+
+import secrets
+import tempfile
+import threading
+from collections.abc import Mapping
+from typing import Any
+
+from fastapi import Request
+
+from hdprog.atomic import atomic_write_text
+from hdprog.config import drive_from_mapping
+from hdprog.service.queue import Queue
+from hdprog.service.readers import Readers
+from hdprog.service.readout import ReadOut
+from hdprog.service.same_drive import doubt
+from hdprog.service.web_settings import WebSettings
+from hdprog.store import jobs
+from hdprog.store.audit import Actor
+from hdprog.store.drives import content_of, find_drive
+from hdprog.store.files import free_bytes
+from hdprog.store.store import Store
+from hdprog.store.tables import DriveRow, JobRow, SettingRow, TestRow, TokenRow
+from hdprog.store.tables.base import now
+from hdprog.store.uploads import TestFacts, add_test, list_tests, readable_name, refresh_counts
+
+_SECRET = "form secret"
+_LEAST_FREE = 1 << 30  # bytes of disk below which nothing more is taken in
+
+
+class UnreadableError(Exception):
+    """A record that cannot be used.
+
+    Parameters
+    ----------
+    problems : in the words of `hdprog check`
+    """
+
+    def __init__(self, problems: tuple[str, ...]) -> None:
+        super().__init__(*problems)
+        self.problems = problems
+
+
+class NoRoomError(Exception):
+    """The disk is full."""
+
+
+class Service:
+    """The open store with what works on it.
+
+    Attributes
+    ----------
+    settings : how the server was started
+    store, queue, readers : what works
+    secret : that forms' tokens are made with
+    """
+
+    def __init__(self, settings: WebSettings) -> None:
+        self.settings = settings
+        self.store = Store(settings.data, settings.url)
+        self.queue = Queue(self.store.database.url)
+        self.readers = Readers(settings.readers)
+        self.secret = b""
+
+    def open(self) -> None:
+        """Bring the tables up to date and start the readers."""
+        self.store.prepare()
+        self.queue.prepare()
+        # What streams in is put down beside where it is kept, not in a /tmp that may be memory.
+        tempfile.tempdir = str(self.store.files.incoming)
+        with self.store.writing() as session:
+            row = session.get(SettingRow, _SECRET)
+            if row is None:
+                row = SettingRow(name=_SECRET, value={"hex": secrets.token_hex(32)})
+                session.add(row)
+            self.secret = bytes.fromhex(row.value["hex"])
+        threading.Thread(target=self.readers.warm_up, daemon=True).start()
+
+    def close(self) -> None:
+        """Close everything."""
+        self.readers.stop()
+        self.queue.close()
+        self.store.close()
+
+    def take_in(
+        self,
+        actor: Actor,
+        drive_name: str,
+        stream: Any,
+        file_name: str,
+        facts: TestFacts,
+        *,
+        accepted: bool,
+    ) -> Taken:
+        """Read a record, keep it, and ask for an analysis where it counts at once.
+
+        Raises
+        ------
+        UnreadableError
+            for a record that cannot be used
+        BadInputError
+            for facts that cannot be
+        """
+        facts.check()
+        name = readable_name(file_name)
+        with self.store.reading() as session:
+            drive = find_drive(session, drive_name)
+            content = {} if drive is None else content_of(drive)
+        incoming, digest, size = self.store.files.receive(stream)
+        try:
+            found = self.readers.read(incoming, name, content)
+            if found.problems:
+                raise UnreadableError(found.problems)
+            self.store.files.keep(incoming, digest)
+            atomic_write_text(self.store.files.picture(digest), found.picture)
+        finally:
+            incoming.unlink(missing_ok=True)
+        with self.store.writing() as session:
+            row = find_drive(session, drive_name)
+            if row is None:
+                raise LookupError(drive_name)
+            doubted = self._doubt(session, row, content, found)
+            test, new = add_test(
+                session,
+                actor,
+                row,
+                facts,
+                file_name=name,
+                sha256=digest,
+                size=size,
+                quality={**found.quality, "doubt": doubted},
+                accepted=accepted,
+            )
+            job = jobs.job_of_test(session, test)
+            if accepted and (job is None or new):
+                job = self.ask(session, actor, row, test)
+            return Taken(test, job, new, doubted)
+
+    def ask(self, session: Any, actor: Actor, drive: DriveRow, test: TestRow | None) -> JobRow:
+        """Ask for an analysis, in the transaction of the change that makes it needed."""
+        refresh_counts(session, drive)
+        job = jobs.add_job(session, actor, drive, test)
+        self.queue.enqueue(session, job)
+        return job
+
+    def note_token_used(self, number: int) -> None:
+        """Remember when a token was last used."""
+        with self.store.writing() as session:
+            token = session.get(TokenRow, number)
+            if token is not None:
+                token.used_at = now()
+
+    def has_room(self) -> bool:
+        """Tell whether the disk has room for uploads."""
+        return free_bytes(self.store.files.root) > _LEAST_FREE
+
+    def require_room(self) -> None:
+        """Refuse uploads where the disk is full.
+
+        Raises
+        ------
+        NoRoomError
+            where it is
+        """
+        if not self.has_room():
+            raise NoRoomError(
+                f"disk: found less than {_LEAST_FREE >> 30} GiB free where records are kept; "
+                "expected more. Whoever runs the server must make room; nothing was taken in."
+            )
+
+    def _doubt(
+        self, session: Any, drive: DriveRow, content: Mapping[str, Any], found: ReadOut
+    ) -> str | None:
+        earlier = [
+            (test.label, test.quality) for test in reversed(list_tests(session, drive, "accepted"))
+        ]
+        return doubt(found.quality, earlier, drive_from_mapping(content))
+
+
+class Taken:
+    """A record that was taken in.
+
+    Attributes
+    ----------
+    test : that it became, or was already
+    job : that was asked for, None while it waits for a person to look
+    new : it was not there before
+    doubt : why it may be another drive's
+    """
+
+    def __init__(self, test: TestRow, job: JobRow | None, new: bool, doubt: str | None) -> None:
+        self.test, self.job, self.new, self.doubt = test, job, new, doubt
+
+
+def service_of(request: Request) -> Service:
+    """Find the service that a request came to."""
+    found: Service = request.app.state.service
+    return found

@@ -1,0 +1,219 @@
+"""The queue: kept with what asked for it, in order, and taken over from the dead."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from hdprog.service.queue import Queue
+from hdprog.service.slots import abandoned, taken_slot
+from hdprog.store import jobs
+from hdprog.store.audit import COMMAND_LINE
+from hdprog.store.drives import find_drive
+from hdprog.store.store import Store
+from hdprog.store.tables import JobRow
+from hdprog.store.uploads import TestFacts
+from tests.store.samples import add_bytes, add_sample
+
+STAND_IN = Path(__file__).parents[1] / "web" / "stand_in"
+
+
+@pytest.fixture
+def queue(store: Store) -> Iterator[Queue]:
+    made = Queue(store.database.url)
+    made.prepare()
+    yield made
+    made.close()
+
+
+class Worker:
+    """A worker process, with the stand-in for the fits."""
+
+    def __init__(self, store: Store, seconds: float = 0.0) -> None:
+        settings = {"PYTHONPATH": str(STAND_IN), "STAND_IN_SECONDS": str(seconds)}
+        command = [sys.executable, "-c", "from hdprog.cli import main; main()", "worker"]
+        self.process = subprocess.Popen(
+            [*command, "--data", str(store.files.root), "--database", store.database.url],
+            env={**os.environ, **settings},
+        )
+
+    def kill(self) -> None:
+        self.process.send_signal(signal.SIGKILL)
+        self.process.wait()
+
+    def stop(self) -> None:
+        self.process.terminate()
+        self.process.wait(30)
+
+
+@pytest.fixture
+def workers() -> Iterator[list[Worker]]:
+    started: list[Worker] = []
+    yield started
+    for one in started:
+        one.kill()
+
+
+def wait_for(what: Callable[[], bool], seconds: float = 40.0) -> None:
+    ends = time.monotonic() + seconds
+    while not what():
+        assert time.monotonic() < ends, "it did not come about in time"
+        time.sleep(0.1)
+
+
+def ask(store: Store, queue: Queue, name: str, data: bytes, hours: float) -> str:
+    """Add a test to a drive, made where it is not, and ask for its analysis."""
+    with store.writing() as session:
+        drive = find_drive(session, name) or add_sample(session, name)
+        test, _ = add_bytes(session, store.files, drive, data, TestFacts(hours))
+        job = jobs.add_job(session, COMMAND_LINE, drive, test)
+        queue.enqueue(session, job)
+        return job.id
+
+
+def undone(store: Store, queue: Queue) -> None:
+    """Ask for an analysis in a transaction that comes to nothing."""
+    with store.writing() as session:
+        drive = add_sample(session, "gone")
+        queue.enqueue(session, jobs.add_job(session, COMMAND_LINE, drive, None))
+        raise ZeroDivisionError
+
+
+def job(store: Store, number: str) -> JobRow:
+    with store.reading() as session:
+        found = jobs.find_job(session, number)
+        assert found is not None
+        return found
+
+
+def test_a_job_runs_and_its_result_is_kept(
+    store: Store, queue: Queue, workers: list[Worker]
+) -> None:
+    number = ask(store, queue, "a", b"1", 5.0)
+    workers.append(Worker(store))
+    wait_for(lambda: job(store, number).state == "done")
+    with store.reading() as session:
+        drive = find_drive(session, "a")
+        assert drive is not None
+        assert drive.status == "plan"
+        assert drive.analysis_id is not None
+        assert (store.files.analysis(drive.analysis_id) / "report.html").is_file()
+
+
+def test_work_that_was_not_committed_is_not_queued(
+    store: Store, queue: Queue, workers: list[Worker]
+) -> None:
+    with pytest.raises(ZeroDivisionError):
+        undone(store, queue)
+    number = ask(store, queue, "a", b"1", 5.0)
+    workers.append(Worker(store))
+    wait_for(lambda: job(store, number).state == "done")
+
+
+def test_a_drives_jobs_run_in_order_and_not_side_by_side(
+    store: Store, queue: Queue, workers: list[Worker]
+) -> None:
+    numbers = [ask(store, queue, "a", b"1", 1.0)]
+    workers += [Worker(store, 1.0), Worker(store, 1.0)]
+    wait_for(lambda: job(store, numbers[0]).state == "running")
+    numbers += [ask(store, queue, "a", bytes([65 + n]), 2.0 + n) for n in range(3)]
+    other = ask(store, queue, "b", b"z", 1.0)
+    wait_for(lambda: all(job(store, n).state == "done" for n in [*numbers, other]))
+    first, *rest = [job(store, number) for number in numbers]
+    assert first.finished_at is not None
+    for one in rest:
+        # The last three came while the first ran: one analysis holds them all.
+        assert one.analysis_id == rest[0].analysis_id != first.analysis_id
+        assert one.started_at is None or one.started_at >= first.finished_at
+
+
+def test_a_killed_workers_job_is_taken_up_again(
+    store: Store, queue: Queue, workers: list[Worker]
+) -> None:
+    number = ask(store, queue, "a", b"1", 5.0)
+    workers.append(Worker(store, 60.0))
+    wait_for(lambda: job(store, number).state == "running")
+    workers[0].kill()
+    workers.append(Worker(store))
+    wait_for(lambda: job(store, number).state == "done")
+    assert job(store, number).attempt == 2
+
+
+def test_a_living_worker_takes_over_from_a_dead_one(
+    store: Store, queue: Queue, workers: list[Worker]
+) -> None:
+    number = ask(store, queue, "a", b"1", 5.0)
+    workers.append(Worker(store, 60.0))
+    wait_for(lambda: job(store, number).state == "running")
+    workers.append(Worker(store))  # in a place of its own
+    wait_for(lambda: len(list(store.files.workers.glob("*.lock"))) == 2)
+    workers[0].kill()
+    wait_for(lambda: job(store, number).state == "done")
+
+
+def test_a_stopped_worker_gives_its_job_back(
+    store: Store, queue: Queue, workers: list[Worker]
+) -> None:
+    number = ask(store, queue, "a", b"1", 5.0)
+    workers.append(Worker(store, 60.0))
+    wait_for(lambda: job(store, number).state == "running")
+    workers[0].stop()
+    workers.append(Worker(store))
+    wait_for(lambda: job(store, number).state == "done")
+
+
+def test_cancelling_ends_the_work_and_retrying_does_it(
+    store: Store, queue: Queue, workers: list[Worker]
+) -> None:
+    number = ask(store, queue, "a", b"1", 5.0)
+    workers.append(Worker(store, 3.0))
+    wait_for(lambda: job(store, number).state == "running")
+    with store.writing() as session:
+        assert jobs.cancel(session, COMMAND_LINE, session.get_one(JobRow, number))
+    assert job(store, number).cancelled
+    with store.writing() as session:
+        again = session.get_one(JobRow, number)
+        assert jobs.reopen(session, COMMAND_LINE, again)
+        queue.enqueue(session, again)
+    wait_for(lambda: job(store, number).state == "done")
+    assert job(store, number).attempt == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "words"), [("fails", "found a drive that fails"), ("dies", "ended with code 9")]
+)
+def test_what_goes_wrong_is_said(
+    store: Store, queue: Queue, workers: list[Worker], name: str, words: str
+) -> None:
+    number = ask(store, queue, name, b"1", 5.0)
+    fine = ask(store, queue, "fine", b"2", 5.0)
+    workers.append(Worker(store))
+    wait_for(lambda: job(store, fine).state == "done")
+    wait_for(lambda: job(store, number).state == "failed")
+    assert words in str(job(store, number).error)
+
+
+def test_places_are_freed_by_death(tmp_path: Path) -> None:
+    code = (
+        "import sys, time; from pathlib import Path; from hdprog.service.slots import taken_slot\n"
+        "with taken_slot(Path(sys.argv[1])) as name: print(name, flush=True); time.sleep(60)"
+    )
+    other = subprocess.Popen(
+        [sys.executable, "-c", code, str(tmp_path)], stdout=subprocess.PIPE, text=True
+    )
+    assert other.stdout is not None
+    first = other.stdout.readline().strip()
+    with taken_slot(tmp_path) as second:
+        assert first != second
+        assert list(abandoned(tmp_path, second)) == []
+        other.kill()
+        other.wait()
+        other.stdout.close()
+        assert list(abandoned(tmp_path, second)) == [first]

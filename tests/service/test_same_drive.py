@@ -1,0 +1,41 @@
+"""Is this the right drive? Asked where the stiffness differs, and only there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from hdprog.config import Drive
+from hdprog.service.same_drive import doubt
+
+
+def read_out(stiffness: float, torque: float = 63.0) -> dict[str, Any]:
+    return {
+        "secant_stiffness": stiffness,
+        "torque_max": torque,
+        "torque_min": -torque,
+        "sides": "two-sided",
+    }
+
+
+@pytest.mark.parametrize(("stiffness", "asked"), [(4e4, False), (3.3e4, False), (2.8e4, True)])
+def test_beside_earlier_tests(stiffness: float, asked: bool) -> None:
+    found = doubt(read_out(stiffness), [("t02", read_out(4e4)), ("t01", read_out(1e4))], Drive())
+    assert (found is not None) == asked
+    if stiffness == 2.8e4:
+        assert found is not None
+        assert "differs by -30 %" in found
+        assert "test t02" in found
+
+
+def test_tests_to_other_torques_do_not_compare() -> None:
+    assert doubt(read_out(2e4, 20.0), [("t01", read_out(4e4))], Drive()) is None
+
+
+def test_beside_the_catalogue_where_nothing_else_compares() -> None:
+    drive = Drive(model="CSF-25-80")
+    assert doubt(read_out(4.0e4), [], drive) is None
+    found = doubt(read_out(1.5e4), [], drive)
+    assert found is not None
+    assert "catalogue" in found

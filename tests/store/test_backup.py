@@ -1,0 +1,95 @@
+"""A back-up holds everything and is put back whole."""
+
+from __future__ import annotations
+
+import os
+import tarfile
+from pathlib import Path
+
+import pytest
+
+from hdprog.errors import BadInputError, UsageError
+from hdprog.store.backup import back_up, restore
+from hdprog.store.drives import find_drive
+from hdprog.store.store import Store
+from hdprog.store.uploads import TestFacts, list_tests
+from tests.store.samples import add_bytes, add_sample
+
+
+def fill(store: Store) -> None:
+    with store.writing() as session:
+        drive = add_sample(session)
+        add_bytes(session, store.files, drive, b"a,b\n1,2\n", TestFacts(3.0, label="t01"))
+
+
+def check(store: Store) -> None:
+    with store.reading() as session:
+        drive = find_drive(session, "cell3-axis2")
+        assert drive is not None
+        [test] = list_tests(session, drive, "accepted")
+        assert store.files.record(test.sha256).read_bytes() == b"a,b\n1,2\n"
+
+
+def test_sqlite_there_and_back(tmp_path: Path) -> None:
+    store = Store(tmp_path / "data")
+    store.prepare()
+    fill(store)
+    archive = tmp_path / "backup.tar.gz"
+    assert back_up(store, archive) == archive.stat().st_size
+    store.close()
+    restore(archive, tmp_path / "again", None)
+    again = Store(tmp_path / "again")
+    again.prepare()
+    check(again)
+    again.close()
+
+
+@pytest.mark.postgres
+def test_postgres_there_and_back(
+    tmp_path: Path, postgres_url: str, postgres_server: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import psycopg
+
+    from tests.store.postgres import programs
+
+    # The tools must be of the server's version.
+    monkeypatch.setenv("PATH", f"{programs()}:{os.environ['PATH']}")
+    store = Store(tmp_path / "data", postgres_url)
+    store.prepare()
+    fill(store)
+    archive = tmp_path / "backup.tar.gz"
+    back_up(store, archive)
+    store.close()
+    with psycopg.connect(postgres_server, autocommit=True) as connection:
+        connection.execute("CREATE DATABASE again")
+    target = postgres_server.replace("/postgres", "/again")
+    restore(archive, tmp_path / "again", target)
+    again = Store(tmp_path / "again", target)
+    again.prepare()
+    check(again)
+    again.close()
+
+
+def test_no_earlier_backup_is_lost(tmp_path: Path) -> None:
+    store = Store(tmp_path / "data")
+    store.prepare()
+    (tmp_path / "backup.tar.gz").write_bytes(b"precious")
+    with pytest.raises(UsageError, match="name that is free"):
+        back_up(store, tmp_path / "backup.tar.gz")
+    store.close()
+
+
+def test_nothing_is_put_over_data(tmp_path: Path) -> None:
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "x").touch()
+    with pytest.raises(UsageError, match="empty folder"):
+        restore(tmp_path / "backup.tar.gz", tmp_path / "data", None)
+
+
+def test_an_archive_that_climbs_out_is_refused(tmp_path: Path) -> None:
+    archive = tmp_path / "evil.tar.gz"
+    with tarfile.open(archive, "w:gz") as tar:
+        tar.add(__file__, "../evil.py")
+    with pytest.raises(BadInputError, match="no readable archive"):
+        restore(archive, tmp_path / "data", None)
+    assert not (tmp_path / "evil.py").exists()

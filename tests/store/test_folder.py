@@ -1,0 +1,87 @@
+"""A drive goes out of the store as a folder and comes in again the same."""
+
+from __future__ import annotations
+
+import shutil
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from hdprog.data.drive_folder import read_drive_folder
+from hdprog.errors import BadInputError
+from hdprog.store.audit import COMMAND_LINE
+from hdprog.store.drives import find_drive
+from hdprog.store.folder import export_drive, import_drive
+from hdprog.store.store import Store
+from hdprog.store.uploads import TestFacts, list_tests
+from tests.store.samples import WEARING, add_bytes, add_sample
+
+
+def take_in(store: Store, folder: Path) -> None:
+    with store.writing() as session:
+        import_drive(
+            session, store.files, COMMAND_LINE, folder, lambda _path, _said: ({}, "<svg/>")
+        )
+
+
+def test_out_and_in_again_is_the_same(store: Store, tmp_path: Path) -> None:
+    take_in(store, WEARING)
+    out = tmp_path / "out"
+    with store.reading() as session:
+        drive = find_drive(session, "wearing-csf-25-80")
+        assert drive is not None
+        assert export_drive(session, store.files, drive, out) == 10
+    before, after = read_drive_folder(WEARING), read_drive_folder(out)
+    assert tomllib.loads((out / "drive.toml").read_text()) == tomllib.loads(
+        (WEARING / "drive.toml").read_text()
+    )
+    for one, other in zip(before.tests, after.tests, strict=True):
+        assert (one.test_id, one.service_hours) == (other.test_id, other.service_hours)
+        assert one.path.read_bytes() == other.path.read_bytes()
+
+
+def test_all_that_was_said_of_a_test_goes_out(store: Store, tmp_path: Path) -> None:
+    said = TestFacts(
+        12.5,
+        label="t 1",
+        temperature_C=31.5,
+        note='new "grease", 5 g\nsecond line',
+        event="regreased",
+        mean_torque_Nm=20.25,
+        mean_speed_rpm=1500.0,
+    )
+    with store.writing() as session:
+        drive = add_sample(session)
+        add_bytes(session, store.files, drive, b"a", said, name="a.CSV.GZ")
+    with store.reading() as session:
+        drive = find_drive(session, "cell3-axis2")
+        assert drive is not None
+        export_drive(session, store.files, drive, tmp_path / "out")
+    [test] = read_drive_folder(tmp_path / "out").tests
+    assert test.path.name == "t 1.csv.gz"
+    assert test.note == 'new "grease", 5 g second line'
+    assert (test.event, test.temperature_C, test.service_hours) == ("regreased", 31.5, 12.5)
+    assert (test.mean_torque_Nm, test.mean_speed_rpm) == (20.25, 1500.0)
+
+
+def test_a_folder_with_one_wrong_record_leaves_nothing(store: Store, tmp_path: Path) -> None:
+    folder = tmp_path / "drive"
+    shutil.copytree(WEARING, folder)
+    shutil.copy(folder / "loops" / "t01.csv", folder / "loops" / "t02.csv")
+    with pytest.raises(BadInputError, match="same record as that of test t01"):
+        take_in(store, folder)
+    with store.reading() as session:
+        assert find_drive(session, "wearing-csf-25-80") is None
+
+
+def test_removed_tests_stay_behind(store: Store, tmp_path: Path) -> None:
+    take_in(store, WEARING)
+    with store.writing() as session:
+        drive = find_drive(session, "wearing-csf-25-80")
+        assert drive is not None
+        list_tests(session, drive, "accepted")[0].state = "removed"
+    with store.reading() as session:
+        drive = find_drive(session, "wearing-csf-25-80")
+        assert drive is not None
+        assert export_drive(session, store.files, drive, tmp_path / "out") == 9

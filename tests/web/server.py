@@ -1,0 +1,130 @@
+"""A server of the tests' own, and a browser of plain requests."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from html import unescape
+from pathlib import Path
+from typing import Any
+
+import httpx2 as httpx
+
+from tests.store.postgres import free_port
+
+HDPROG = [sys.executable, "-c", "from hdprog.cli import main; main()"]
+STAND_IN = Path(__file__).parent / "stand_in"
+PASSWORD = "four words do well"
+
+
+def hdprog(*arguments: str, given: str = "", settings: dict[str, str] | None = None) -> str:
+    """Run a command to its end; gives what it printed."""
+    done = subprocess.run(
+        [*HDPROG, *arguments],
+        input=given,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, **(settings or {})},
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+class Server:
+    """`hdprog serve` with its workers, on a port of its own.
+
+    Parameters
+    ----------
+    data : its folder
+    seconds : that a job of the stand-in takes; None for true fits
+    options : of `hdprog serve`
+    """
+
+    def __init__(self, data: Path, *options: str, seconds: float | None = 0.0) -> None:
+        self.data, self.options = data, options
+        self.port = free_port()
+        self.address = f"http://127.0.0.1:{self.port}"
+        self.settings = {}
+        if seconds is not None:
+            self.settings = {"PYTHONPATH": str(STAND_IN), "STAND_IN_SECONDS": str(seconds)}
+        self.process: subprocess.Popen[bytes] | None = None
+
+    def start(self) -> Server:
+        """Start it and wait until it answers."""
+        self.process = subprocess.Popen(
+            [*HDPROG, "serve", "--port", str(self.port), "--data", str(self.data), *self.options],
+            env={**os.environ, **self.settings},
+            start_new_session=True,
+        )
+        ends = time.monotonic() + 60
+        while time.monotonic() < ends:
+            assert self.process.poll() is None, "the server ended while it started"
+            try:
+                if httpx.get(f"{self.address}/healthz").status_code == 200:
+                    return self
+            except httpx.TransportError:
+                time.sleep(0.1)
+        raise AssertionError("the server did not answer within 60 s")
+
+    def kill(self) -> None:
+        """End it as a power cut would."""
+        if self.process is not None:
+            self.process.send_signal(signal.SIGKILL)
+            self.process.wait()
+
+    def stop(self) -> int:
+        """End it as its owner would; gives its exit code."""
+        assert self.process is not None
+        self.process.terminate()
+        return self.process.wait(40)
+
+    def token(self, role: str = "engineer") -> str:
+        """Make a token."""
+        text = hdprog("token", "add", "tests", "--role", role, "--data", str(self.data))
+        return text.strip()
+
+    def api(self, role: str = "engineer") -> httpx.Client:
+        """Give a program that has a token."""
+        return httpx.Client(
+            base_url=f"{self.address}/api/v1",
+            headers={"authorization": f"Bearer {self.token(role)}"},
+            timeout=60,
+        )
+
+
+def csrf_of(page: str) -> str:
+    """Find the token of a page's forms."""
+    found = re.search(r'name="csrf" value="([0-9a-f]+)"', page)
+    assert found is not None, page
+    return found[1]
+
+
+def text_of(page: str) -> str:
+    """Give a page's words."""
+    return unescape(re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page)))
+
+
+def log_in(client: Any, name: str, password: str = PASSWORD) -> Any:
+    """Log a client in; gives the answer."""
+    csrf = csrf_of(client.get("/login").text)
+    return client.post(
+        "/login",
+        data={"csrf": csrf, "name": name, "password": password},
+        follow_redirects=False,
+    )
+
+
+def wait_for_jobs(api: httpx.Client, numbers: list[str], seconds: float = 60.0) -> list[dict]:
+    """Wait until jobs are done or failed; gives their states."""
+    ends = time.monotonic() + seconds
+    while True:
+        states = [api.get(f"/jobs/{number}").json() for number in numbers]
+        if all(one["state"] in ("done", "failed") for one in states):
+            return states
+        assert time.monotonic() < ends, states
+        time.sleep(0.2)

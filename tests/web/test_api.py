@@ -1,0 +1,161 @@
+"""The JSON API, as the contract has it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from starlette.testclient import TestClient
+
+from hdprog.data.check import check_path
+from tests.web.conftest import ClientOf
+
+DRIVE = {
+    "drive": {"id": "api-1", "model": "CSF-25-80", "rated_torque_Nm": 63.0},
+    "limits": [{"quantity": "lost_motion_arcmin", "above": 2.0}],
+}
+
+
+@pytest.fixture(scope="module")
+def api(program: ClientOf) -> TestClient:
+    client = program("engineer")
+    assert client.post("/api/v1/drives", json=DRIVE).status_code == 201
+    return client
+
+
+def upload(api: TestClient, path: Path, name: str = "loop.csv", **fields: str) -> object:
+    with path.open("rb") as file:
+        return api.post(
+            "/api/v1/drives/api-1/tests",
+            files={"file": (name, file)},
+            data={"service_hours": "12.5", **fields},
+        )
+
+
+def test_health_needs_no_token(app_client: TestClient) -> None:
+    answer = app_client.get("/healthz")
+    assert answer.status_code == 200
+    assert answer.json()["status"] == "ok"
+
+
+def test_a_drive_is_made_once(api: TestClient) -> None:
+    again = api.post("/api/v1/drives", json=DRIVE)
+    assert again.status_code == 409
+    assert "already" in again.json()["detail"]
+
+
+def test_a_drive_that_cannot_be_is_refused_in_words(api: TestClient) -> None:
+    wrong = {"drive": {"id": "x"}, "limits": [{"quantity": "lost_motion", "above": 2.0}]}
+    answer = api.post("/api/v1/drives", json=wrong)
+    assert answer.status_code == 422
+    assert "Did you mean lost_motion_arcmin?" in answer.json()["detail"]
+
+
+def test_a_test_is_accepted_with_its_job(api: TestClient, loop_file: Path) -> None:
+    answer = upload(api, loop_file, event="regreased", note="=cmd|x", test_id="t01")
+    assert answer.status_code == 202
+    made = answer.json()
+    assert made["test_id"] == "t01"
+    job = api.get(f"/api/v1/jobs/{made['job_id']}").json()
+    assert job["state"] == "queued"
+    assert job["progress"] == 0.0
+    assert job["error"] is None
+    again = upload(api, loop_file)
+    assert again.status_code == 202
+    assert again.json()["job_id"] == made["job_id"]
+    assert again.json()["test_id"] == "t01"
+    assert again.json()["new"] is False
+
+
+def test_a_summary_before_the_first_analysis(api: TestClient) -> None:
+    found = api.get("/api/v1/drives/api-1").json()
+    assert found["schema"] == "hdprog.summary/1"
+    assert found["drive"]["id"] == "api-1"
+    assert found["tests"] == []
+    assert found["forecast"] == []
+
+
+def test_a_record_that_cannot_be_read_is_refused_as_check_does(
+    api: TestClient, loop_file: Path, tmp_path: Path
+) -> None:
+    wrong = tmp_path / "loop.csv"
+    wrong.write_text(loop_file.read_text().replace("torque_Nm", "torque", 1))
+    answer = upload(api, wrong)
+    assert answer.status_code == 422
+    assert answer.json()["problems"] == list(check_path(wrong).problems)
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"service_hours": ""}, "no service hours"),
+        ({"service_hours": "-1"}, "service_hours = '-1'"),
+        ({"service_hours": "nan"}, "service_hours = 'nan'"),
+        ({"service_hours": "1e400"}, "service_hours"),
+        ({"event": "greased"}, "the event 'greased'"),
+        ({"date": "3/9/2026"}, "date = '3/9/2026'"),
+        ({"temperature_C": "-300"}, "temperature_C"),
+        ({"test_id": "../t"}, "test_id"),
+    ],
+)
+def test_facts_that_cannot_be(
+    api: TestClient, loop_file: Path, fields: dict[str, str], words: str
+) -> None:
+    answer = upload(api, loop_file, **fields)
+    assert answer.status_code == 422
+    assert words in answer.json()["detail"]
+
+
+def test_another_drives_record_is_doubted(api: TestClient, loop_file: Path, tmp_path: Path) -> None:
+    head, *rows = loop_file.read_text().splitlines()
+    column = head.split(",").index("angle_rad")
+    softer = tmp_path / "softer.csv"
+    cells = [row.split(",") for row in rows]
+    for row in cells:
+        row[column] = str(1.5 * float(row[column]))
+    softer.write_text("\n".join([head, *(",".join(row) for row in cells)]))
+    answer = upload(api, softer)
+    assert answer.status_code == 202
+    assert "Is this the right drive?" in answer.json()["warnings"][0]
+    assert "-33 %" in answer.json()["warnings"][0]
+
+
+def test_jobs_are_called_off_and_started_again(api: TestClient) -> None:
+    number = api.get("/api/v1/drives").json()
+    assert number["found"] >= 1
+    job = api.put("/api/v1/drives/api-1", json=DRIVE)
+    assert job.status_code == 200
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/api/v1/drives",
+        "/api/v1/drives/api-1",
+        "/api/v1/jobs/" + "0" * 8 + "-0000" * 3 + "-" + "0" * 12,
+    ],
+)
+@pytest.mark.parametrize(
+    "header", [{}, {"authorization": "Bearer nonsense"}, {"authorization": "Basic eA=="}]
+)
+def test_without_a_token_nothing(app_client: TestClient, path: str, header: dict[str, str]) -> None:
+    answer = app_client.get(path, headers=header)
+    assert answer.status_code == 401
+    assert answer.headers["www-authenticate"] == "Bearer"
+
+
+def test_a_viewers_token_only_reads(program: ClientOf, loop_file: Path, api: TestClient) -> None:
+    viewer = program("viewer")
+    assert viewer.get("/api/v1/drives").status_code == 200
+    assert viewer.post("/api/v1/drives", json=DRIVE).status_code == 403
+    assert upload(viewer, loop_file).status_code == 403
+
+
+def test_what_there_is_not(api: TestClient, loop_file: Path) -> None:
+    assert api.get("/api/v1/drives/nosuch").status_code == 404
+    with loop_file.open("rb") as file:
+        answer = api.post(
+            "/api/v1/drives/nosuch/tests", files={"file": file}, data={"service_hours": "1"}
+        )
+    assert answer.status_code == 404
+    assert "no drive 'nosuch'" in answer.json()["detail"]

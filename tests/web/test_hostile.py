@@ -1,0 +1,145 @@
+"""Uploads by those who mean harm, or whose files do."""
+
+from __future__ import annotations
+
+import gzip
+import io
+from pathlib import Path
+
+import pytest
+from starlette.testclient import TestClient
+
+from tests.web.conftest import ClientOf, service_in
+from tests.web.server import csrf_of, text_of
+
+SCRIPT = "<script>alert(1)</script>"
+
+
+@pytest.fixture(scope="module")
+def api(program: ClientOf) -> TestClient:
+    client = program("engineer")
+    made = client.post("/api/v1/drives", json={"drive": {"id": "hostile"}, "limits": []})
+    assert made.status_code == 201
+    return client
+
+
+def send(api: TestClient, name: str, data: bytes, **fields: str) -> object:
+    return api.post(
+        "/api/v1/drives/hostile/tests",
+        files={"file": (name, io.BytesIO(data))},
+        data={"service_hours": "1", **fields},
+    )
+
+
+def record(loop_file: Path, comment: str) -> bytes:
+    """Give a usable record that no other is equal to."""
+    return f"# {comment}\n".encode() + loop_file.read_bytes()
+
+
+def test_scripts_in_names_and_notes_are_words(
+    api: TestClient, person: ClientOf, loop_file: Path
+) -> None:
+    name = f"{SCRIPT}.csv"
+    sent = send(api, name, record(loop_file, "script"), note=SCRIPT)
+    assert sent.status_code == 202
+    client = person("engineer")
+    for path in ("/drives/hostile", f"/tests/{sent.json()['test_uid']}", "/"):
+        page = client.get(path)
+        assert page.status_code == 200
+        assert "<script>alert" not in page.text
+    assert SCRIPT in text_of(client.get(f"/tests/{sent.json()['test_uid']}").text)
+    assert "<script>alert" not in person("admin").get("/audit").text
+    refused = send(api, name, b"nothing of use")
+    assert refused.status_code == 422
+
+
+def test_a_record_comes_back_as_bytes_that_do_nothing(
+    api: TestClient, person: ClientOf, loop_file: Path
+) -> None:
+    data = record(loop_file, "<html><script>alert(1)</script>")
+    sent = send(api, 'x"\r\nx: y.html', data)
+    assert sent.status_code == 202
+    answer = person("viewer").get(f"/tests/{sent.json()['test_uid']}/record")
+    assert answer.content == data
+    assert answer.headers["content-type"] == "application/octet-stream"
+    assert answer.headers["content-disposition"].startswith("attachment;")
+    assert "x" not in [name for name in answer.headers if name == "x"]
+    assert "sandbox" in answer.headers["content-security-policy"]
+
+
+def test_names_that_climb_stay_names(
+    api: TestClient, app_client: TestClient, loop_file: Path
+) -> None:
+    files = service_in(app_client).store.files
+    before = {path for path in files.root.parent.rglob("*") if files.root not in path.parents}
+    sent = send(api, "../../../../tmp/evil.csv", record(loop_file, "climb"))
+    assert sent.status_code == 202
+    after = {path for path in files.root.parent.rglob("*") if files.root not in path.parents}
+    assert before == after
+    kept = [path.name for path in files.raw.rglob("*") if path.is_file()]
+    assert all(len(name.removesuffix(".svg")) == 64 for name in kept)
+
+
+def test_more_than_the_limit_is_refused_by_what_it_claims(api: TestClient) -> None:
+    answer = api.post(
+        "/api/v1/drives/hostile/tests",
+        content=b"",
+        headers={"content-length": str(2 << 30), "content-type": "multipart/form-data; boundary=x"},
+    )
+    assert answer.status_code == 413
+    assert "--max-upload-mb" in answer.json()["detail"]
+
+
+def test_a_bomb_within_the_limit(api: TestClient) -> None:
+    bomb = gzip.compress(b"torque_Nm,angle_rad\n" + b"\n" * 9_000_000, compresslevel=9)
+    assert len(bomb) < 1_000_000
+    answer = send(api, "bomb.csv.gz", bomb)
+    assert answer.status_code == 422
+    assert "bomb.csv.gz" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"GIF89a" + b"\x00" * 500, b"%PDF-1.7\n", b"\xff\xfe\x00\x00", b"a,b\n=1+1,2\n"]
+)
+def test_wrong_kinds_are_refused(api: TestClient, data: bytes) -> None:
+    answer = send(api, "photo.csv", data)
+    assert answer.status_code == 422
+    assert "photo.csv" in answer.json()["detail"]
+
+
+def test_nothing_is_left_of_refused_uploads(api: TestClient, app_client: TestClient) -> None:
+    send(api, "x.csv", b"nothing of use")
+    assert list(service_in(app_client).store.files.incoming.glob("*.part")) == []
+
+
+def test_formulas_do_not_run_in_tables(api: TestClient, person: ClientOf) -> None:
+    from hdprog.web.pages.downloads import _cell
+
+    assert _cell("=cmd|' /C calc'!A0") == "'=cmd|' /C calc'!A0"
+    assert _cell("@SUM(1)") == "'@SUM(1)"
+    assert _cell(-1.5) == -1.5
+
+
+def test_huge_forms_are_refused(person: ClientOf) -> None:
+    client = person("engineer")
+    csrf = csrf_of(client.get("/drives/new").text)
+    answer = client.post("/drives/new", data={"csrf": csrf, "id": "x" * 900_000})
+    assert answer.status_code in (400, 413, 422)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        b"{",
+        b"[]",
+        b'{"drive": 3}',
+        b'{"drive": {"id": {"a": 1}}}',
+        b"\xff",
+        b'{"drive":{}}',
+        b"[" * 5000,
+    ],
+)
+def test_wrong_json(api: TestClient, body: bytes) -> None:
+    answer = api.post("/api/v1/drives", content=body, headers={"content-type": "application/json"})
+    assert answer.status_code in (400, 422)
+    assert answer.json()["problems"]

@@ -1,0 +1,161 @@
+"""Who gets in, what forms carry, what answers say to browsers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from starlette.testclient import TestClient
+
+from hdprog.service.web_settings import WebSettings
+from hdprog.web.app import create_app
+from tests.web.conftest import ClientOf
+from tests.web.server import csrf_of, log_in, text_of
+
+PAGES = ("/", "/drives/new", "/settings", "/audit")
+
+
+@pytest.mark.parametrize("path", [*PAGES, "/drives/x", "/tests/x", "/drives/x/report"])
+def test_pages_need_a_login(app_client: TestClient, path: str) -> None:
+    answer = TestClient(app_client.app).get(path, follow_redirects=False)
+    assert answer.status_code == 303
+    assert answer.headers["location"].startswith("/login?next=")
+
+
+@pytest.mark.parametrize(
+    ("role", "allowed"),
+    [
+        ("viewer", {"/", "/settings"}),
+        ("engineer", {"/", "/settings", "/drives/new"}),
+        ("admin", {*PAGES}),
+    ],
+)
+def test_what_each_role_sees(person: ClientOf, role: str, allowed: set[str]) -> None:
+    client = person(role)
+    assert {path for path in PAGES if client.get(path).status_code == 200} == allowed
+    assert all(client.get(path).status_code == 403 for path in {*PAGES} - allowed)
+
+
+def test_a_viewer_changes_nothing(person: ClientOf) -> None:
+    client = person("viewer")
+    csrf = csrf_of(client.get("/settings").text)
+    for path in ("/drives/new", "/settings/users", "/settings/tokens", "/settings/service"):
+        assert client.post(path, data={"csrf": csrf, "name": "x", "id": "x"}).status_code == 403
+
+
+def test_the_cookie_is_out_of_scripts_reach(app_client: TestClient) -> None:
+    answer = log_in(TestClient(app_client.app), "viewer")
+    cookie = next(c for c in answer.headers.get_list("set-cookie") if "hdprog_session" in c)
+    assert "HttpOnly" in cookie
+    assert "SameSite=lax" in cookie
+    assert "Secure" not in cookie
+    answer = log_in(TestClient(app_client.app, base_url="https://testserver"), "viewer")
+    cookie = next(c for c in answer.headers.get_list("set-cookie") if "hdprog_session" in c)
+    assert "Secure" in cookie
+
+
+@pytest.mark.parametrize("csrf", ["", "0" * 64, "ü"])
+def test_forms_from_elsewhere_do_nothing(person: ClientOf, csrf: str) -> None:
+    client = person("admin")
+    answer = client.post("/settings/service", data={"csrf": csrf, "title": "taken over"})
+    assert answer.status_code == 403
+    assert "taken over" not in client.get("/").text
+
+
+def test_anothers_form_token_does_nothing(person: ClientOf) -> None:
+    other = csrf_of(person("admin").get("/settings").text)
+    answer = person("admin").post("/settings/service", data={"csrf": other, "title": "taken over"})
+    assert answer.status_code == 403
+
+
+def test_logging_out_ends_the_session(person: ClientOf) -> None:
+    client = person("viewer")
+    cookie = client.cookies["hdprog_session"]
+    csrf = csrf_of(client.get("/").text)
+    client.post("/logout", data={"csrf": csrf})
+    client.cookies.set("hdprog_session", cookie)
+    assert client.get("/", follow_redirects=False).status_code == 303
+
+
+@pytest.mark.parametrize(
+    "next_page",
+    ["https://evil.example", "//evil.example", "/\\evil.example", "javascript:x", "/ x"],
+)
+def test_a_login_leads_nowhere_else(app_client: TestClient, next_page: str) -> None:
+    client = TestClient(app_client.app)
+    csrf = csrf_of(client.get("/login", params={"next": next_page}).text)
+    said = {"csrf": csrf, "name": "viewer", "password": "four words do well", "next": next_page}
+    answer = client.post("/login", data=said, follow_redirects=False)
+    assert answer.headers["location"] == "/"
+
+
+def test_wrong_passwords_are_counted(app_client: TestClient) -> None:
+    client = TestClient(app_client.app, client=("10.9.8.7", 1))
+    codes = [log_in(client, "nobody", "wrong password").status_code for _ in range(11)]
+    assert codes == [401] * 10 + [429]
+    client = TestClient(app_client.app, client=("10.9.8.6", 1))
+    assert log_in(client, "viewer").status_code == 303
+
+
+def test_headers_of_pages(person: ClientOf) -> None:
+    headers = person("viewer").get("/").headers
+    policy = headers["content-security-policy"]
+    assert "default-src 'none'" in policy
+    assert "unsafe" not in policy
+    assert "frame-ancestors 'none'" in policy
+    assert headers["x-content-type-options"] == "nosniff"
+    assert headers["cache-control"] == "no-store"
+
+
+@pytest.mark.parametrize("path", [*PAGES, "/login", "/nosuch", "/drives/nosuch"])
+def test_pages_bring_no_script_or_style_of_their_own(person: ClientOf, path: str) -> None:
+    page = person("admin").get(path).text
+    assert "<script>" not in page
+    assert " style=" not in page
+    assert " onclick" not in page
+    assert "http://" not in page.replace("http://testserver", "")
+    assert "https://" not in page
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/static/../app.py",
+        "/static/%2e%2e/app.py",
+        "/static/..%2fapp.py",
+        "/static/%2fetc/passwd",
+        "/drives/..%2f..%2fetc%2fpasswd",
+        "/tests/..%2f..%2fhdprog.db/record",
+        "/tests/%00/record",
+        "/drives/%2e%2e/report",
+    ],
+)
+def test_tricks_with_paths(person: ClientOf, path: str) -> None:
+    answer = person("admin").get(path)
+    assert answer.status_code in (404, 422)
+    assert "root:" not in answer.text
+
+
+def test_without_login_other_names_are_refused(tmp_path: Path) -> None:
+    settings = WebSettings(tmp_path, login=False, hosts=("localhost", "127.0.0.1"))
+    with TestClient(create_app(settings), base_url="http://127.0.0.1:8000") as client:
+        assert client.get("/").status_code == 200
+        assert "Log out" not in text_of(client.get("/").text)
+        assert client.get("/", headers={"host": "evil.example"}).status_code == 400
+        assert client.get("/api/v1/drives").status_code == 401
+
+
+def test_a_new_password_needs_the_old_one(person: ClientOf) -> None:
+    client = person("viewer")
+    csrf = csrf_of(client.get("/settings").text)
+    said = {"csrf": csrf, "old": "not this one", "new": "another four words"}
+    assert client.post("/settings/password", data=said).status_code == 422
+
+
+def test_a_token_is_shown_once(person: ClientOf) -> None:
+    client = person("admin")
+    csrf = csrf_of(client.get("/settings").text)
+    page = client.post("/settings/tokens", data={"csrf": csrf, "name": "rig", "role": "engineer"})
+    assert "hdp_" in page.text
+    assert "hdp_" not in client.get("/settings").text
+    assert "hdp_" not in client.get("/audit").text

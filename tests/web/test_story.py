@@ -1,0 +1,167 @@
+"""The whole story in a browser: log in, make a drive, upload ten tests, see the forecast."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.web.server import PASSWORD, Server, hdprog
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+BROWSER = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
+LOOPS = Path(__file__).resolve().parents[2] / "datasets" / "wearing-csf-25-80" / "loops"
+
+pytestmark = [
+    pytest.mark.chromium,
+    pytest.mark.skipif(BROWSER is None, reason="no Chromium browser is installed"),
+]
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    data = tmp_path_factory.mktemp("data")
+    hdprog("user", "add", "ada", "--data", str(data), given=PASSWORD + "\n")
+    started = Server(data, seconds=1.0).start()
+    yield started
+    started.kill()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        opened = playwright.chromium.launch(
+            executable_path=BROWSER, args=["--no-sandbox", "--disable-gpu"]
+        )
+        yield opened
+        opened.close()
+
+
+def open_page(browser: Browser, server: Server, *, script: bool, width: int) -> Page:
+    context = browser.new_context(
+        base_url=server.address,
+        java_script_enabled=script,
+        viewport={"width": width, "height": 850},
+        accept_downloads=True,
+    )
+    page = context.new_page()
+    page.goto("/")
+    page.get_by_label("Name").fill("ada")
+    page.get_by_label("Password").fill(PASSWORD)
+    page.get_by_role("button", name="Log in").click()
+    page.get_by_role("heading", name="Fleet").wait_for()
+    return page
+
+
+@pytest.mark.parametrize(("script", "width"), [(False, 390), (True, 1200)])
+def test_from_login_to_report(
+    browser: Browser, server: Server, tmp_path: Path, script: bool, width: int
+) -> None:
+    page = open_page(browser, server, script=script, width=width)
+    refused: list[str] = []
+    page.on("console", lambda line: refused.append(line.text) if line.type == "error" else None)
+    name = f"cell3-axis{width}"
+    page.get_by_role("link", name="New drive").click()
+    page.get_by_label("Series").select_option("CSF")
+    page.get_by_label("Size").select_option("25")
+    page.get_by_label("Ratio").first.select_option("80")
+    page.get_by_role("button", name="Fill in prior and limits").click()
+    assert page.get_by_label("Model").input_value() == "CSF-25-80"
+    assert page.get_by_label("Rated torque in Nm").input_value() == "63"
+    page.locator("#id").fill(name)
+    page.get_by_role("button", name="Make the drive").click()
+    page.get_by_role("heading", name=name).wait_for()
+
+    files = sorted(LOOPS.glob("*.csv"))
+    assert len(files) == 10
+    page.locator("#files").set_input_files([*files, LOOPS.parents[2] / "README.md"])
+    page.get_by_role("button", name="Read and show").click()
+    page.get_by_text("README.md cannot be used").wait_for()
+    assert page.get_by_text("usable: 900 samples").count() == 10
+    assert page.get_by_text("3.0 two-sided cycles").count() == 10
+    hours = page.get_by_label("Service hours")
+    for number in range(10):
+        hours.nth(number).fill(str(100 * number))
+    page.get_by_role("button", name="Accept all 10").click()
+    page.get_by_role("heading", name=name).wait_for()
+    for _ in range(120):
+        page.goto(f"/drives/{name}")
+        if page.get_by_role("heading", name="Forecast").count():
+            break
+        page.wait_for_timeout(500)
+    page.get_by_role("heading", name="Forecast").wait_for()
+    assert "The stand-in saw 10 tests" in page.inner_text("section.verdict")
+    assert page.locator("table a").count() == 10
+    with page.expect_download() as download:
+        page.get_by_role("link", name="Save it").click()
+    saved = tmp_path / download.value.suggested_filename
+    download.value.save_as(saved)
+    assert saved.name == f"{name}-report.html"
+    assert f"Report of {name}" in saved.read_text("utf-8")
+
+    page.goto("/")
+    page.get_by_role("link", name=name).click()
+    page.locator("table a").first.click()
+    page.get_by_role("heading", name="Report of this test").wait_for()
+    if width > 600:
+        inside = page.frame_locator("iframe.report").get_by_role("heading")
+        assert inside.inner_text().startswith("Report of t")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth") if script else True
+    # A file that cannot be used is answered 422; nothing else may trouble the browser.
+    assert [text for text in refused if "status of 422" not in text] == []
+
+
+def test_by_keyboard_alone(browser: Browser, server: Server) -> None:
+    page = open_page(browser, server, script=True, width=1200)
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.className") == "skip"
+    page.goto("/drives/new")
+    reached = set()
+    for _ in range(60):
+        page.keyboard.press("Tab")
+        reached.add(page.evaluate("document.activeElement.id || document.activeElement.innerText"))
+    assert {"series", "size", "ratio", "id", "Make the drive"} <= reached
+
+
+def test_every_field_has_a_label_and_every_page_a_heading(browser: Browser, server: Server) -> None:
+    page = open_page(browser, server, script=True, width=390)
+    for path in ("/", "/drives/new", "/settings", "/audit", "/drives/cell3-axis390", "/nosuch"):
+        page.goto(path)
+        found = json.loads(
+            page.evaluate(
+                """() => JSON.stringify({
+                unlabelled: [...document.querySelectorAll("input,select,textarea")]
+                    .filter((field) => field.type !== "hidden")
+                    .filter((field) => !field.labels.length).map((field) => field.name),
+                headings: document.querySelectorAll("h1").length,
+                twice: [...document.querySelectorAll("[id]")].map((one) => one.id)
+                    .filter((id, at, all) => all.indexOf(id) !== at),
+                wide: document.documentElement.scrollWidth > innerWidth})"""
+            )
+        )
+        assert found == {"unlabelled": [], "headings": 1, "twice": [], "wide": False}, path
+
+
+def test_files_dropped_on_the_form_are_chosen(browser: Browser, server: Server) -> None:
+    page = open_page(browser, server, script=True, width=1200)
+    page.goto("/drives/cell3-axis1200")
+    page.evaluate(
+        """() => {
+        const data = new DataTransfer();
+        data.items.add(new File(["x"], "dropped.csv"));
+        document.querySelector("[data-drop]").dispatchEvent(
+            new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+        }"""
+    )
+    assert page.evaluate("document.querySelector('#files').files[0].name") == "dropped.csv"
+    assert "dropped.csv" in page.inner_text("[data-hint]")
