@@ -13,6 +13,7 @@ from hdprog.cli.demo import demo
 from hdprog.cli.exits import GuardedGroup
 from hdprog.cli.explain import explain
 from hdprog.cli.fit import fit
+from hdprog.cli.fleet import fleet
 from hdprog.cli.prior import prior
 from hdprog.cli.run import run
 from hdprog.cli.serve import serve
@@ -55,7 +56,7 @@ def _describe(
     """Condition and remaining service life of strain wave gears from torque and torsion loops."""
 
 
-for _command in (demo, check, fit, explain, run, backtest, simulate, serve, worker):
+for _command in (demo, check, fit, explain, run, fleet, backtest, simulate, serve, worker):
     app.command(epilog=EPILOG)(_command)
 for _name, _group in {"prior": prior, "user": user, "token": token, "store": store}.items():
     app.add_typer(_group, name=_name, epilog=EPILOG)

@@ -13,12 +13,12 @@ from fastapi import Request
 from starlette.responses import HTMLResponse, Response
 
 from hdprog import __version__
+from hdprog.reporting.forecast_words import inspect_words, interval_words, middle_words
 from hdprog.reporting.rounding import hours, percent, plain, significant
+from hdprog.reporting.sparkline import sparkline
 from hdprog.reporting.words import counted, quantity, tidy, with_unit
-from hdprog.web.forecast_words import inspect_words, interval_words, middle_words
 from hdprog.web.security.identity import Identity, csrf_token, leave_visit
 from hdprog.web.service import service_of
-from hdprog.web.sparkline import sparkline
 
 _SAID = {
     "made": "The drive is made. Upload its first test below.",

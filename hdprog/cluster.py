@@ -1,0 +1,40 @@
+"""A Dask cluster, where one is given: its own scheduler, never one of ours."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from hdprog.errors import UsageError
+
+
+@contextmanager
+def dask_client(address: str) -> Iterator[Any]:
+    """Client of a Dask scheduler.
+
+    Parameters
+    ----------
+    address : of the scheduler, tcp://HOST:8786
+
+    Raises
+    ------
+    UsageError
+        where Dask is not installed or its scheduler does not answer
+    """
+    try:
+        from distributed import Client
+    except ModuleNotFoundError as error:
+        raise UsageError(
+            "--dask: found an address and no Dask, expected the package distributed. Install it: "
+            "pip install 'hdprog[dask]'"
+        ) from error
+    try:
+        client = Client(address, timeout="10s", set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise UsageError(
+            f"--dask: found no scheduler at {address} ({error}), expected one that takes "
+            "connections. Start `dask scheduler` there, or leave --dask out."
+        ) from error
+    with client:
+        yield client

@@ -1,0 +1,304 @@
+"""Many drives: every drive folder below a folder through the main job, then one list of them all.
+
+Finished drives are kept: a run that was broken off, or that gets a new test, goes on with what has
+changed. A drive that cannot be used is left out with its reason, and the others go on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from hdprog import __version__
+from hdprog.atomic import atomic_directory, atomic_write_text
+from hdprog.cluster import dask_client
+from hdprog.data.drive_folder import read_drive_folder
+from hdprog.errors import BadInputError, HdprogError
+from hdprog.packed import packed, unpack
+from hdprog.parallel import process_executor
+
+Progress = Callable[[str, int, int], None]
+SCHEMA = "hdprog.fleet/1"
+_KEY = "input.sha256"
+
+
+@dataclass(frozen=True)
+class Order:
+    """What to run of one drive, and under which options.
+
+    Attributes
+    ----------
+    name : of the drive folder below the fleet's
+    folder, out : where it is, and where its results go
+    key : digest of the input and the options; the same key gives the same results
+    """
+
+    name: str
+    folder: Path
+    out: Path
+    key: str
+    seed: int
+    quick: bool
+    explain: bool
+
+    @property
+    def finished(self) -> bool:
+        """Whether its results are there already."""
+        kept = self.out / _KEY
+        return kept.is_file() and kept.read_text("utf-8").strip() == self.key
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A drive folder that could not be used, and why."""
+
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """What a fleet run hands back.
+
+    Attributes
+    ----------
+    out : where everything was written
+    content : of fleet.json (schema hdprog.fleet/1)
+    """
+
+    out: Path
+    content: dict[str, Any]
+
+    @property
+    def converged(self) -> bool:
+        """Whether every fit and every trend of every drive converged."""
+        return all(drive["converged"] for drive in self.content["drives"])
+
+    @property
+    def sentence(self) -> str:
+        """How many drives need what, in plain words."""
+        from hdprog.reporting.fleet_index import headline
+
+        return headline(self.content)
+
+
+def run_fleet(
+    path: str | Path,
+    out: str | Path,
+    *,
+    seed: int = 0,
+    quick: bool = False,
+    explain: bool = True,
+    workers: int | None = None,
+    dask: str | None = None,
+    command: str = "Python API",
+    progress: Progress | None = None,
+) -> Fleet:
+    """Run every drive folder below a folder and list them, worst first.
+
+    Parameters
+    ----------
+    path : folder with drive folders below it
+    out : gets `drives/NAME/` for each, `fleet.json` and `index.html`
+    seed, quick, explain : as in `hdprog.workflow.run`, the same for each drive
+    workers : drives that are run at once here; one a core if None
+    dask : address of a Dask scheduler that the drives are run on instead
+    command : for the provenance
+    progress : called with stage, done, total
+
+    Raises
+    ------
+    UsageError
+        where Dask does not answer
+    BadInputError
+        without a drive folder, or where none can be used
+    """
+    path, out = Path(path), Path(out)
+    orders, left_out = _orders(path, out, seed, quick, explain)
+    waiting = [order for order in orders if not order.finished]
+    if progress is not None:
+        progress("drives", len(orders) - len(waiting), len(orders))
+    with _runner(dask, len(waiting), workers) as run:
+        done = len(orders) - len(waiting)
+        for found in run(waiting, command):
+            done += 1
+            if found is not None:
+                left_out.append(found)
+            if progress is not None:
+                progress("drives", done, len(orders))
+    refused = {one.name for one in left_out}
+    listed = [order for order in orders if order.name not in refused]
+    if not listed:
+        raise BadInputError(
+            "no drive that can be used",
+            str(path),
+            "at least one drive folder as `hdprog check` passes it",
+            " ".join(f"{one.name}: {one.reason}" for one in left_out),
+        )
+    content = _content(path, listed, left_out, seed=seed, quick=quick, command=command)
+    from hdprog.reporting.fleet_index import build_fleet_index
+
+    out.mkdir(parents=True, exist_ok=True)
+    index = build_fleet_index(content)
+    atomic_write_text(
+        out / "fleet.json",
+        json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
+    )
+    atomic_write_text(out / "index.html", index)
+    return Fleet(out, content)
+
+
+def _orders(
+    path: Path, out: Path, seed: int, quick: bool, explain: bool
+) -> tuple[list[Order], list[LeftOut]]:
+    """One order a drive folder; folders that cannot be read are left out."""
+    inside = out.resolve()
+    folders = [
+        file.parent
+        for file in sorted(path.rglob("drive.toml"))
+        if not file.resolve().is_relative_to(inside)
+    ]
+    if not folders:
+        raise BadInputError(
+            f"no folder {path}" if not path.is_dir() else "no drive.toml below it",
+            str(path),
+            "a folder with drive folders below it",
+            "Give the folder that holds the drive folders.",
+        )
+    orders, left_out = [], []
+    for folder in folders:
+        name = folder.relative_to(path).as_posix() if folder != path else folder.resolve().name
+        try:
+            key = _key(folder, seed, quick, explain)
+        except (HdprogError, OSError) as error:
+            left_out.append(LeftOut(name, str(error)))
+            continue
+        place = out / "drives" / name
+        orders.append(Order(name, folder, place, key, seed, quick, explain))
+    if not orders:
+        raise BadInputError(
+            "no drive that can be used",
+            str(path),
+            "at least one drive folder as `hdprog check` passes it",
+            " ".join(f"{one.name}: {one.reason}" for one in left_out),
+        )
+    return orders, left_out
+
+
+def _key(folder: Path, seed: int, quick: bool, explain: bool) -> str:
+    """Digest of everything that the results of a drive hang on."""
+    read = read_drive_folder(folder)
+    digest = hashlib.sha256(json.dumps([__version__, seed, quick, explain]).encode())
+    for name in ("drive.toml", "tests.csv"):
+        digest.update((folder / name).read_bytes())
+    for test in read.tests:
+        digest.update(test.path.read_bytes())
+    return digest.hexdigest()
+
+
+@contextmanager
+def _runner(
+    dask: str | None, count: int, workers: int | None
+) -> Iterator[Callable[[Sequence[Order], str], Iterator[LeftOut | None]]]:
+    if dask is not None:
+        with dask_client(dask) as client:
+            executor = client.get_executor(pure=False)
+            yield lambda orders, command: _spread_packed(executor, orders, command)
+        return
+    # One drive alone has the cores for its tests.
+    with process_executor(workers if count > 1 else 1) as here:
+        if here is None:
+            yield lambda orders, command: (_run_one(order, command, workers) for order in orders)
+        else:
+            yield lambda orders, command: _spread(here, orders, command)
+
+
+def _spread(executor: Executor, orders: Sequence[Order], command: str) -> Iterator[LeftOut | None]:
+    for task in as_completed([executor.submit(_run_one, order, command, 1) for order in orders]):
+        yield task.result()
+
+
+def _spread_packed(
+    executor: Executor, orders: Sequence[Order], command: str
+) -> Iterator[LeftOut | None]:
+    """Folders go out packed and results come back packed: the cluster sees none of our files."""
+    tasks: dict[Future[Any], Order] = {
+        executor.submit(run_packed, packed(order.folder), order, command): order for order in orders
+    }
+    for task in as_completed(tasks):
+        found, order = task.result(), tasks[task]
+        if isinstance(found, LeftOut):
+            yield found
+            continue
+        with atomic_directory(order.out) as aside:
+            unpack(found, aside)
+        yield None
+
+
+def run_packed(folder: bytes, order: Order, command: str) -> bytes | LeftOut:
+    """Run a packed drive folder where the cluster wills; gives the results, packed."""
+    with tempfile.TemporaryDirectory() as place:
+        drive, out = Path(place) / order.folder.name, Path(place) / "out"
+        drive.mkdir()
+        unpack(folder, drive)
+        there = Order(order.name, drive, out, order.key, order.seed, order.quick, order.explain)
+        # Workers of Dask are daemons, which may have no processes of their own.
+        return _run_one(there, command, 1) or packed(out)
+
+
+def _run_one(order: Order, command: str, workers: int | None) -> LeftOut | None:
+    """Run one drive and write its results, or give the reason why not."""
+    from hdprog import workflow
+
+    try:
+        outcome = workflow.run(
+            order.folder,
+            seed=order.seed,
+            quick=order.quick,
+            explain=order.explain,
+            workers=workers,
+        )
+    except (HdprogError, OSError) as error:
+        return LeftOut(order.name, str(error))
+    order.out.parent.mkdir(parents=True, exist_ok=True)
+    outcome.write(order.out, command)
+    atomic_write_text(order.out / _KEY, order.key + "\n")
+    return None
+
+
+def _content(
+    path: Path,
+    orders: Sequence[Order],
+    left_out: Sequence[LeftOut],
+    *,
+    seed: int,
+    quick: bool,
+    command: str,
+) -> dict[str, Any]:
+    """Content of fleet.json: the drives worst first, and what was left out."""
+    from hdprog.reporting.fleet_index import fleet_drive
+
+    drives = []
+    for order in orders:
+        summary = json.loads((order.out / "summary.json").read_text("utf-8"))
+        drives.append(fleet_drive(order.name, f"drives/{order.name}", summary))
+    drives.sort(key=lambda drive: (drive["rank"], drive["rank_hours"], drive["folder"]))
+    return {
+        "schema": SCHEMA,
+        "hdprog_version": __version__,
+        "fleet": path.resolve().name,
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "command": command,
+        "seed": seed,
+        "quick": quick,
+        "drives": drives,
+        "left_out": [{"folder": one.name, "reason": one.reason} for one in left_out],
+    }

@@ -1,0 +1,123 @@
+"""The list of many drives, worst first: for a reader and as JSON."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+from hdprog.reporting.build import environment
+from hdprog.reporting.fleet_words import fleet_entry
+from hdprog.reporting.forecast_words import inspect_words
+from hdprog.reporting.rounding import hours, percent
+from hdprog.reporting.sparkline import sparkline
+from hdprog.reporting.words import agree, counted
+
+_STATES = {
+    "act": ("needs action now", "need action now"),
+    "plan": ("has an inspection to plan", "have an inspection to plan"),
+    "good": ("is good up to its horizon", "are good up to their horizons"),
+    "present": ("has no limit: present condition only", "have no limit: present condition only"),
+}
+
+
+def fleet_drive(folder: str, place: str, summary: Mapping[str, Any]) -> dict[str, Any]:
+    """One drive of fleet.json.
+
+    Parameters
+    ----------
+    folder : its name below the fleet's folder
+    place : of its results, relative to fleet.json
+    summary : content of its summary.json
+    """
+    entry = fleet_entry(summary)
+    first = next(
+        (one for one in summary["forecast"] if one["quantity"] == "first_limit"),
+        summary["forecast"][0] if summary["forecast"] else None,
+    )
+    return {
+        "id": summary["drive"]["id"],
+        "folder": folder,
+        "report": f"{place}/report.html",
+        "summary": f"{place}/summary.json",
+        "converged": summary["converged"],
+        "status": entry.status,
+        "provisional": entry.provisional,
+        "label": entry.label,
+        "sentence": entry.sentence,
+        "rank": entry.rank,
+        "rank_hours": entry.rank_hours,
+        "tests": len(summary["tests"]),
+        "now_hours": summary["tests"][-1]["service_hours"],
+        "inspect_before_hours": entry.inspect_before_hours,
+        "next_test_hours": summary["next_test_hours"],
+        "remaining_hours": dict(entry.remaining_hours),
+        "probability_crossed_by_shutdown": (
+            None if first is None else first["probability_crossed_by_shutdown"]
+        ),
+        "probability_crossed_by_horizon": (
+            None if first is None else first["probability_crossed_by_horizon"]
+        ),
+        "warnings": entry.warnings,
+        "course": None
+        if entry.course is None
+        else asdict(entry.course) | {"points": [list(point) for point in entry.course.points]},
+    }
+
+
+def headline(content: Mapping[str, Any]) -> str:
+    """How many drives need what, in plain words."""
+    drives = content["drives"]
+    counts = Counter(drive["status"] for drive in drives)
+    said = [
+        f"{counts[state]} {agree(counts[state], *words)}"
+        for state, words in _STATES.items()
+        if counts[state]
+    ]
+    text = f"{counted(len(drives), 'drive')}: {'; '.join(said)}."
+    unsettled = sum(not drive["converged"] for drive in drives)
+    if unsettled:
+        verb = agree(unsettled, "is", "are")
+        text += f" {counted(unsettled, 'drive')} did not converge and {verb} provisional."
+    if content["left_out"]:
+        left = len(content["left_out"])
+        text += f" {counted(left, 'folder')} could not be used; the list says why."
+    return text
+
+
+def build_fleet_index(content: Mapping[str, Any]) -> str:
+    """The list as one self-contained HTML page with links to the drives' reports."""
+    return (
+        environment()
+        .get_template("fleet_index.html")
+        .render(
+            title=f"Fleet {content['fleet']} – hdprog",
+            fleet=content,
+            headline=headline(content),
+            rows=[_row(drive) for drive in content["drives"]],
+        )
+    )
+
+
+def _row(drive: Mapping[str, Any]) -> dict[str, Any]:
+    inspect, status = drive["inspect_before_hours"], drive["status"]
+    if status == "act":
+        when = "now"
+    elif not drive["remaining_hours"]:
+        when = "–"
+    elif inspect is None:
+        when = "not before the horizon"
+    else:
+        when = inspect_words(inspect, drive["now_hours"], drive["remaining_hours"])
+    risk = drive["probability_crossed_by_shutdown"]
+    now = drive["now_hours"]
+    return {
+        "drive": drive,
+        "inspect": when,
+        "risk": "–" if risk is None else percent(risk),
+        "last": "hours not given" if now is None else hours(now),
+        "tests": counted(drive["tests"], "test"),
+        "warnings": counted(drive["warnings"], "warning") if drive["warnings"] else "",
+        "course": sparkline(drive["course"] or {}),
+    }

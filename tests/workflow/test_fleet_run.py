@@ -1,0 +1,122 @@
+"""Many drives: the list, what is kept, and what is left out."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from hdprog import fleet_run, workflow
+from hdprog.errors import BadInputError, UsageError
+from hdprog.fleet_run import Fleet, run_fleet
+from hdprog.inference.fit_loop import QUICK
+from tests.reporting.page import Page
+from tests.workflow.test_run import edit, subset
+
+SHORT = replace(QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40, refits=0)
+
+
+@pytest.fixture(name="folder")
+def folder_fixture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A worn drive past its limit, one that has one test, and a broken folder."""
+    monkeypatch.setattr(workflow, "QUICK", SHORT)
+    fleet = tmp_path / "fleet"
+    worn = subset(fleet / "cell1" / "worn", ["t10"])
+    edit(worn, 'id = "wearing-csf-25-80"', 'id = "worn"')
+    edit(worn, "above = 2.0", "above = 0.5")
+    subset(fleet / "cell2", ["t01"])
+    (fleet / "broken").mkdir()
+    (fleet / "broken" / "drive.toml").write_text("x", "utf-8")
+    return fleet
+
+
+def run(folder: Path, out: Path, **options: object) -> Fleet:
+    return run_fleet(folder, out, quick=True, explain=False, workers=1, **options)  # type: ignore[arg-type]
+
+
+def test_drives_are_listed_worst_first_and_kept(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = folder / "out"  # inside the fleet: its results are no drives
+    steps: list[tuple[str, int, int]] = []
+    found = run(folder, out, progress=lambda *step: steps.append(step))
+    content = json.loads((out / "fleet.json").read_text("utf-8"))
+    assert content == found.content
+    assert content["schema"] == "hdprog.fleet/1"
+    assert [drive["folder"] for drive in content["drives"]] == ["cell1/worn", "cell2"]
+    assert [one["folder"] for one in content["left_out"]] == ["broken"]
+    assert "TOML" in content["left_out"][0]["reason"]
+    worst = content["drives"][0]
+    assert worst["status"] == "act"
+    assert worst["id"] == "worn"
+    assert (out / worst["report"]).is_file()
+    assert (out / worst["summary"]).is_file()
+    assert "2 drives: 1 needs action now; 1 has an inspection to plan" in found.sentence
+    assert "1 folder could not be used" in found.sentence
+    assert steps == [("drives", 0, 2), ("drives", 1, 2), ("drives", 2, 2)]
+    page = Page((out / "index.html").read_text("utf-8"))
+    assert page.text.index("worn") < page.text.index("cell2")
+
+    def no_run(*_: object, **__: object) -> None:
+        raise AssertionError("a drive was run again")
+
+    again = []
+    with monkeypatch.context() as patch:
+        patch.setattr(workflow, "run", no_run)
+        kept = run(folder, out)
+        assert kept.content["drives"] == content["drives"]
+        # Another seed or a changed file makes a drive anew.
+        order = fleet_run._orders(folder, out, 1, True, False)[0]
+        again.append([one.finished for one in order])
+        edit(folder / "cell2", "above = 2.0", "above = 1.9")
+        order = fleet_run._orders(folder, out, 0, True, False)[0]
+        again.append([one.finished for one in order])
+    assert again == [[False, False], [True, False]]
+
+
+def test_the_work_goes_out_packed_and_comes_back_packed(folder: Path, tmp_path: Path) -> None:
+    """What a machine of a cluster does, without the cluster."""
+    from hdprog.packed import packed, unpack
+
+    order = fleet_run._orders(folder, tmp_path / "out", 0, True, False)[0][1]
+    results = fleet_run.run_packed(packed(order.folder), order, "hdprog fleet")
+    assert isinstance(results, bytes)
+    (tmp_path / "back").mkdir()
+    unpack(results, tmp_path / "back")
+    assert (tmp_path / "back" / "report.html").is_file()
+    assert not order.out.exists()
+
+
+def test_a_dask_cluster_runs_the_drives(folder: Path, tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    shutil.rmtree(folder / "broken")
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster:
+        found = run(folder, tmp_path / "out", dask=cluster.scheduler_address)
+    assert [drive["folder"] for drive in found.content["drives"]] == ["cell1/worn", "cell2"]
+    assert (tmp_path / "out" / "drives" / "cell2" / "report.html").is_file()
+
+
+def test_folders_without_a_usable_drive_are_refused(folder: Path, tmp_path: Path) -> None:
+    with pytest.raises(BadInputError, match=r"no drive\.toml below it"):
+        run(tmp_path / "fleet" / "cell2" / "loops", tmp_path / "out")
+    with pytest.raises(BadInputError, match="broken"):
+        run(folder / "broken", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_scheduler_that_does_not_answer_is_said(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    distributed = pytest.importorskip("distributed")
+
+    def nobody(*_: object, **__: object) -> None:
+        raise OSError("timed out")
+
+    monkeypatch.setattr(distributed, "Client", nobody)
+    with pytest.raises(UsageError, match="no scheduler at tcp://nobody:8786"):
+        run(folder, tmp_path / "out", dask="tcp://nobody:8786")
