@@ -5,8 +5,9 @@
 The drives are those of `tests.independent.drives`: logistic, bilinear, run-in or gamma-process
 wear, teeth, preload and friction each on a course of its own, every test scattered by remounting.
 Their loops are simulated here with white noise of known size, so that a trend costs seconds.
-Printed: how many true crossings the 90 % and 50 % intervals hold, and the CRPS relative to a
-straight line through point estimates.
+Written to tests/benchmarks/results/prognostics_small.json, by kind of limits: how many true
+crossings the 90 % and 50 % intervals hold, and the CRPS relative to a straight line through point
+estimates.
 
 Limits that are `reached` are values that the drive truly has before its horizon, which no forecast
 is told: crossings past the horizon are left out by choice, and forecasts seem too late. With
@@ -16,6 +17,7 @@ is told: crossings past the horizon are left out by choice, and forecasts seem t
 from __future__ import annotations
 
 import argparse
+import json
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+from hdprog.atomic import atomic_write_text
 from hdprog.config import Drive, ForecastSettings, Limit
 from hdprog.forecast.crossing import forecast
 from hdprog.forecast.limits import request_of
@@ -35,6 +38,7 @@ from tests.independent.drives import LAWS, first_crossing, random_wear
 from tests.independent.loops import scatter
 from tests.trend.stand_in import ALPHA, PRIOR, SimulatedLoop, simulated_loop
 
+RESULTS = Path(__file__).parent / "results" / "prognostics_small.json"
 OPERATION = Operation(ALPHA, 63.0, 63.0)
 FIXED = (
     Limit("lost_motion_arcmin", 1.2, "above"),
@@ -137,15 +141,38 @@ def main() -> None:
                 )
             )
             scores.setdefault(drive.law, []).append(scores[name][-1])
-    print(f"{'':26s} {'n':>4s} {'90 %':>6s} {'50 %':>6s} {'CRPS / line':>12s}  PIT tenths")
     scores["all"] = [score for law in LAWS for score in scores.get(law, [])]
-    for key, each in scores.items():
-        table = np.array(each, dtype=float)
-        wide, narrow, score, line, _ = table.mean(axis=0)
-        tenths = np.histogram(table[:, 4], 10, (0, 1))[0]
-        print(f"{key:26s} {len(each):4d} {wide:6.2f} {narrow:6.2f} {score / line:12.3f}  {tenths}")
+    rows = {key: _row(each) for key, each in scores.items()}
+    print(f"{'':26s} {'n':>4s} {'90 %':>6s} {'50 %':>6s} {'CRPS / line':>12s}  PIT tenths")
+    for key, row in rows.items():
+        print(
+            f"{key:26s} {row['crossings']:4d} {row['held_by_90']:6.2f} {row['held_by_50']:6.2f} "
+            f"{row['crps_over_line']:12.3f}  {row['pit_tenths']}"
+        )
     seconds = (time.perf_counter() - started) / options.drives
     print(f"{converged} of {options.drives} trends converged; {seconds:.1f} s a drive")
+    if options.wear_prior is None:
+        found = json.loads(RESULTS.read_text("utf-8")) if RESULTS.is_file() else {}
+        found[options.limits] = {
+            "command": "python -m tests.benchmarks.prognostics_small "
+            f"--drives {options.drives} --tests {options.tests} --seed {options.seed} "
+            f"--limits {options.limits}" + (" --full" if options.full else ""),
+            "converged": converged,
+            "rows": rows,
+        }
+        atomic_write_text(RESULTS, json.dumps(found, indent=1) + "\n")
+
+
+def _row(each: list[tuple[bool, bool, float, float, float]]) -> dict[str, Any]:
+    table = np.array(each, dtype=float)
+    wide, narrow, score, line, _ = table.mean(axis=0)
+    return {
+        "crossings": len(each),
+        "held_by_90": round(wide, 3),
+        "held_by_50": round(narrow, 3),
+        "crps_over_line": round(score / line, 3),
+        "pit_tenths": np.histogram(table[:, 4], 10, (0, 1))[0].tolist(),
+    }
 
 
 if __name__ == "__main__":
