@@ -9,6 +9,7 @@ import typer
 from hdprog import __version__
 from hdprog.cli.backtest import backtest
 from hdprog.cli.check import check
+from hdprog.cli.compare import compare
 from hdprog.cli.demo import demo
 from hdprog.cli.exits import GuardedGroup
 from hdprog.cli.explain import explain
@@ -50,6 +51,6 @@ def _describe(
     """Condition and remaining service life of strain wave gears from torque and torsion loops."""
 
 
-for _command in (demo, check, fit, explain, run, backtest, simulate):
+for _command in (demo, check, fit, explain, compare, run, backtest, simulate):
     app.command(epilog=EPILOG)(_command)
 app.add_typer(prior, name="prior", epilog=EPILOG)

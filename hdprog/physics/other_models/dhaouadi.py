@@ -24,8 +24,8 @@ class Dhaouadi(OtherModel):
     """
 
     id = "dhaouadi"
-    words = "Dhaouadi, hereditary"
-    source = "A1-A3; Dhaouadi, Ghorbel & Gandhi, IEEE Trans. Industrial Electronics 50 (2003) 1108"
+    words = "Dhaouadi (hereditary)"
+    source = "A1-A3; Dhaouadi, Ghorbel & Gandhi, IEEE Trans. Industrial Electronics 50 (2003)"
     where = "any record with a reversal"
 
     def parameters(self, setting: Setting) -> tuple[ModelParameter, ...]:

@@ -28,7 +28,7 @@ class MaxwellSlip(NonnegativeModel):
     """
 
     id = "maxwell_slip"
-    words = "Maxwell slip, distributed"
+    words = "Maxwell slip (distributed)"
     source = (
         "introduction; Tjahjowidodo, Al-Bender & Van Brussel, Mechatronics 23 (2013) 497; inverse"
         " of superposed stops: Krejčí & Kuhnen, IEE Proc. Control Theory 148 (2001) 185"

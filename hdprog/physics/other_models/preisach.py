@@ -17,9 +17,9 @@ from hdprog.physics.other_models.nonnegative import (
 from hdprog.physics.parameters import FloatArray
 from hdprog.physics.torque_path import TorquePath
 
-_CELLS = 10  # along each axis of the plane
+_CELLS = 8  # along each axis of the plane
 _FINE = 8  # strips of a cell
-_PIECES = 20  # of the reversible part
+_PIECES = 16  # of the reversible part
 _BEND = 1.4
 
 
@@ -34,9 +34,9 @@ class Preisach(NonnegativeModel):
     """
 
     id = "preisach"
-    words = "Preisach, discrete"
+    words = "Preisach (discrete)"
     source = (
-        "introduction; Ruderman, Bertram & Iwasaki, Mechatronics 24 (2014) 137; Preisach, Z. Phys."
+        "introduction; Ruderman, Bertram & Iwasaki, Mechatronics 24 (2014); Preisach, Z. Phys."
         " 94 (1935) 277"
     )
     where = "any record with a reversal, and there only between the torques that it reached"

@@ -26,8 +26,8 @@ class Seyfferth(OtherModel):
     """
 
     id = "seyfferth"
-    words = "Seyfferth, hyperbolic friction"
-    source = "introduction; after Seyfferth, Maghzal & Angeles, ICRA (1995) 3027"
+    words = "Seyfferth (hyperbolic friction)"
+    source = "introduction; after Seyfferth, Maghzal & Angeles, IEEE ICRA (1995)"
     where = "any record with a reversal"
 
     def parameters(self, setting: Setting) -> tuple[ModelParameter, ...]:

@@ -29,7 +29,7 @@ class Taghirad(OtherModel):
     """
 
     id = "taghirad"
-    words = "Taghirad, structural damping"
+    words = "Taghirad (structural damping)"
     source = "introduction; after Taghirad & Bélanger, ASME J. Dyn. Syst. Meas. Control 120 (1998)"
     where = "any record with a reversal; p only where the loop's width over torque shows it"
 

@@ -29,7 +29,7 @@ class Tuttle(OtherModel):
     """
 
     id = "tuttle"
-    words = "Tuttle, basic model"
+    words = "Tuttle (basic model)"
     source = "eqs 6, 7, 9-11; Tuttle & Seering, IEEE Trans. Robotics and Automation 12 (1996) 368"
     where = "records with time and output position, the output moving"
     needs = ("time_s", "output_angle_rad")

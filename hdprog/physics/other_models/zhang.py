@@ -21,8 +21,8 @@ class Zhang(OtherModel):
     """
 
     id = "zhang"
-    words = "Zhang, springs in series"
-    source = "A4; Zhang, Ahmad & Liu, IEEE Trans. Industrial Electronics 62 (2015) 1790"
+    words = "Zhang (springs in series)"
+    source = "A4; Zhang et al., the paper's reference 10"
     where = "any record with a reversal"
 
     def parameters(self, setting: Setting) -> tuple[ModelParameter, ...]:
