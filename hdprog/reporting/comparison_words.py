@@ -119,8 +119,8 @@ def difference(model: ComparedModel) -> str:
 def width(model: ComparedModel) -> tuple[str, str]:
     """Median width in arcmin, and its interval."""
     low, middle, high = (ARCMIN_PER_RAD * model.width[level] for level in (0.05, 0.5, 0.95))
-    if high < _NO_WIDTH:
-        return "0", f"below {_NO_WIDTH:g}"
+    if middle < _NO_WIDTH:
+        return "0", f"up to {significant(max(high, _NO_WIDTH), 1)}"
     texts = interval(low, middle, high)
     return texts[1], f"{texts[0]} to {texts[2]}"
 
