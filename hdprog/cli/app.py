@@ -15,6 +15,7 @@ from hdprog.cli.exits import GuardedGroup
 from hdprog.cli.explain import explain
 from hdprog.cli.fit import fit
 from hdprog.cli.prior import prior
+from hdprog.cli.reproduce_paper import reproduce_paper
 from hdprog.cli.run import run
 from hdprog.cli.simulate import simulate
 
@@ -51,6 +52,6 @@ def _describe(
     """Condition and remaining service life of strain wave gears from torque and torsion loops."""
 
 
-for _command in (demo, check, fit, explain, compare, run, backtest, simulate):
+for _command in (demo, check, fit, explain, compare, run, backtest, simulate, reproduce_paper):
     app.command(epilog=EPILOG)(_command)
 app.add_typer(prior, name="prior", epilog=EPILOG)
