@@ -177,8 +177,8 @@ def _loops(initial: BranchPair, post_test: BranchPair) -> tuple[Finding, ...]:
             "Fig. 10",
             "The initial stiffness is linear; after 100 h it is lower and clearly nonlinear.",
             f"Slope of the stiffness curve at 100 Nm over that at no load: {slopes[0]:.2f} before, "
-            f"{slopes[1]:.2f} after; the secant stiffness at 100 Nm falls from {secants[0] / 1e3:.1f} to "
-            f"{secants[1] / 1e3:.1f} kNm/rad.",
+            f"{slopes[1]:.2f} after; the secant stiffness at 100 Nm falls from "
+            f"{secants[0] / 1e3:.1f} to {secants[1] / 1e3:.1f} kNm/rad.",
             "agrees" if straight and slopes[1] > 2 and secants[1] < secants[0] else "disagrees",
             numbers,
         ),

@@ -23,7 +23,7 @@ from hdprog.discovery.search import trace
 from hdprog.errors import UsageError
 from hdprog.explanation import DriveExplanation
 from hdprog.inference.fit_loop import FULL, QUICK, fit_loop
-from hdprog.inference.five_points import identify
+from hdprog.inference.five_points import identify_record
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import prior_of_drive
@@ -38,7 +38,6 @@ from hdprog.results import (
     DriveResult,
     Forecast,
     LoadScenario,
-    PaperIdentification,
     Provenance,
     TestResult,
     TrendSummary,
@@ -108,7 +107,7 @@ def fit(
     drive = Drive.default() if drive is None else drive
     recorded = seed if rng is None else None
     rng = np.random.default_rng(seed) if rng is None else rng
-    paper = _by_five_points(loop, drive) if method == "paper" else None
+    paper = identify_record(loop, drive) if method == "paper" else None
     with process_executor() as executor:
         posterior = fit_loop(
             loop,
@@ -147,13 +146,6 @@ def _require_method(method: str, effects: tuple[Effect, ...]) -> None:
             f"effects: found {', '.join(effect.id for effect in effects)} beside method 'paper', "
             "whose five points know of the drive model alone. Leave one of the two out."
         )
-
-
-def _by_five_points(loop: Loop, drive: Drive) -> PaperIdentification:
-    """The paper's identification; nothing in it is random but the starts that find the spikes."""
-    prepared = prepare(loop, drive, np.random.default_rng(0))
-    noise = float(np.median(prepared.likelihood.noise.white_sd))
-    return identify(prepared.likelihood.reduced, drive.alpha, noise, loop.source)
 
 
 def explain(

@@ -12,21 +12,18 @@ from typing import Any
 import numpy as np
 
 from hdprog.comparison.curves import SteadyCycle, local_stiffness
+from hdprog.comparison.drawn import Drawn, drive_draws, other_draws
 from hdprog.comparison.results import DRIVE, ModelParameterSummary, StiffnessBand
 from hdprog.discovery.errors_of_fit import error_figures
 from hdprog.discovery.heldout import HeldOut, held_out
 from hdprog.discovery.model import Model
 from hdprog.explanation import ErrorFigures
-from hdprog.inference.diagnostics import Diagnostics
-from hdprog.inference.fit_loop import SamplingPlan, sample_posterior
-from hdprog.inference.fit_other import fit_other
+from hdprog.inference.fit_loop import SamplingPlan
 from hdprog.inference.lazy_arviz import arviz
-from hdprog.inference.likelihood import COUNT, LoopLikelihood
+from hdprog.inference.likelihood import COUNT
 from hdprog.inference.other_likelihood import OtherLikelihood
 from hdprog.inference.other_starts import refit
-from hdprog.inference.prepare import Prepared, settle_noise
-from hdprog.inference.sampler import ENSEMBLES, WALKERS
-from hdprog.inference.starting_points import StartingPoint
+from hdprog.inference.prepare import Prepared
 from hdprog.inference.summarise import by_level
 from hdprog.physics.drive_model import torsion_angle
 from hdprog.physics.figures import stiffness_curve
@@ -74,30 +71,6 @@ class Fitted:
     seconds: float
 
 
-@dataclass(frozen=True)
-class _Drawn:
-    """What the posterior of any model has."""
-
-    likelihood: LoopLikelihood
-    starts: tuple[StartingPoint, ...]
-    chains: FloatArray
-    offset: FloatArray
-    scale: FloatArray
-    diagnostics: Diagnostics
-    converged: bool
-    method: str
-    sampling: Mapping[str, float]
-
-    def flat(self, draws: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Evenly chosen points (draws, size), offsets and noise scales (draws,)."""
-        size = self.chains.shape[-1]
-        total = int(np.prod(self.chains.shape[:3]))
-        points = self.chains.transpose(0, 2, 1, 3).reshape(total, size)
-        chosen = np.linspace(0, total - 1, min(draws, total)).astype(np.intp)
-        offset = self.offset.transpose(0, 2, 1).reshape(-1)[chosen]
-        return points[chosen], offset, self.scale.transpose(0, 2, 1).reshape(-1)[chosen]
-
-
 def fit_model(
     prepared: Prepared,
     model_id: str,
@@ -117,7 +90,9 @@ def fit_model(
     """
     started = time.perf_counter()
     drawn = (
-        _drive(prepared, rng, plan) if model_id == DRIVE else _other(prepared, model_id, rng, plan)
+        drive_draws(prepared, rng, plan)
+        if model_id == DRIVE
+        else other_draws(prepared, model_id, rng, plan)
     )
     likelihood = drawn.likelihood
     model = Model(likelihood, drawn.starts)
@@ -151,39 +126,6 @@ def fit_model(
     )
 
 
-def _drive(prepared: Prepared, rng: np.random.Generator, plan: SamplingPlan) -> _Drawn:
-    likelihood, starts = settle_noise(prepared.likelihood, prepared.starts, rng)
-    posterior = sample_posterior(prepared, likelihood, starts, rng, plan=plan)
-    return _Drawn(
-        posterior.likelihood,
-        tuple(starts),
-        posterior.chains,
-        posterior.offset,
-        posterior.noise_scale,
-        posterior.diagnostics,
-        posterior.converged,
-        f"{ENSEMBLES} independent emcee ensembles of {WALKERS} walkers",
-        posterior.sampling,
-    )
-
-
-def _other(
-    prepared: Prepared, model_id: str, rng: np.random.Generator, plan: SamplingPlan
-) -> _Drawn:
-    posterior = fit_other(prepared, BY_ID[model_id], rng, plan)
-    return _Drawn(
-        posterior.likelihood,
-        posterior.starts,
-        posterior.chains,
-        posterior.offset,
-        posterior.noise_scale,
-        posterior.diagnostics,
-        posterior.converged,
-        posterior.method,
-        posterior.sampling,
-    )
-
-
 def _identity(model_id: str) -> tuple[str, str, str, str]:
     """Words, source, where it says something, and equation."""
     if model_id == DRIVE:
@@ -198,7 +140,7 @@ def _identity(model_id: str) -> tuple[str, str, str, str]:
     return model.words, model.source, model.where, first.partition("\n\n")[0].replace("\n", " ")
 
 
-def _loo(drawn: _Drawn) -> tuple[Any, float]:
+def _loo(drawn: Drawn) -> tuple[Any, float]:
     """PSIS-LOO over the blocks, each given those before it, and the share that is doubtful."""
     ensembles = drawn.chains.shape[0]
     points, offset, scale = drawn.flat(_LOO_DRAWS)
@@ -221,7 +163,7 @@ def _loo(drawn: _Drawn) -> tuple[Any, float]:
     return loo, float(np.mean(loo.pareto_k.values > _DOUBTFUL))
 
 
-def _record_residual(prepared: Prepared, drawn: _Drawn) -> FloatArray:
+def _record_residual(prepared: Prepared, drawn: Drawn) -> FloatArray:
     """(samples,) measured less fitted angle at every reading, in rad."""
     whole = drawn.likelihood.at_course(prepared.record_course)
     points = drawn.flat(_RECORD_DRAWS)[0]
@@ -229,7 +171,7 @@ def _record_residual(prepared: Prepared, drawn: _Drawn) -> FloatArray:
     return np.asarray(residual - residual[prepared.kept].mean())
 
 
-def _along(drawn: _Drawn) -> LoopFit:
+def _along(drawn: Drawn) -> LoopFit:
     """The fit along the blocks of the record."""
     points, offset, scale = drawn.flat(_FIT_DRAWS)
     likelihood = drawn.likelihood
@@ -249,7 +191,7 @@ def _along(drawn: _Drawn) -> LoopFit:
     )
 
 
-def _parameters(drawn: _Drawn) -> dict[str, ModelParameterSummary]:
+def _parameters(drawn: Drawn) -> dict[str, ModelParameterSummary]:
     likelihood, diagnostics = drawn.likelihood, drawn.diagnostics
     total = int(np.prod(drawn.chains.shape[:3]))
     points = drawn.chains.reshape(total, -1) if drawn.chains.size else np.empty((total, 0))
@@ -274,7 +216,7 @@ def _parameters(drawn: _Drawn) -> dict[str, ModelParameterSummary]:
     }
 
 
-def _curves(drawn: _Drawn, cycle: SteadyCycle) -> tuple[dict[float, float], StiffnessBand | None]:
+def _curves(drawn: Drawn, cycle: SteadyCycle) -> tuple[dict[float, float], StiffnessBand | None]:
     """Quantiles of the width in rad, and the band of the local stiffness."""
     likelihood = drawn.likelihood
     points = drawn.flat(_CURVE_DRAWS)[0]

@@ -17,8 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, minimize
 
+from hdprog.config import Drive
+from hdprog.data.loop import Loop
 from hdprog.data.reduce import ReducedLoop
 from hdprog.errors import BadInputError
+from hdprog.inference.prepare import prepare
 from hdprog.physics.drive_model import mesh_angle, slip_envelope, torsion_angle
 from hdprog.physics.parameters import NAMES, FloatArray, in_support
 from hdprog.results import PaperIdentification
@@ -87,6 +90,16 @@ class _Choice:
     fourth: float
     fifth: float
     threshold: float
+
+
+def identify_record(loop: Loop, drive: Drive) -> PaperIdentification:
+    """The paper's identification of a record as it was read; see `identify`.
+
+    Nothing in it is random but the starts of the search that finds the record's spikes.
+    """
+    prepared = prepare(loop, drive, np.random.default_rng(0))
+    noise = float(np.median(prepared.likelihood.noise.white_sd))
+    return identify(prepared.likelihood.reduced, drive.alpha, noise, loop.source)
 
 
 def identify(

@@ -81,8 +81,7 @@ def _preload(sweep: Sweep) -> Finding:
     return Finding(
         "Fig. 12",
         "At zero torque the hysteresis falls as the preload falls.",
-        f"Width at no load: {said}. With T_T = 0 "
-        "and b kept the teeth stay as soft as at no load; Table 2's initial drive is another one.",
+        f"Width at no load: {said}.",
         "agrees" if _rises(widths) else "disagrees",
         {f"width_arcmin_at_preload_{p:.0f}Nm": w for p, w in zip(preloads, widths, strict=True)},
     )
