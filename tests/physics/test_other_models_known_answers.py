@@ -141,14 +141,14 @@ def test_a_preisach_cell_of_relays_goes_up_and_down_where_it_lies() -> None:
     model = BY_ID["preisach"]
     parameters = model.parameters(SETTING)
     values = column(**dict.fromkeys([one.name for one in parameters], 0.0))
-    values["w_6_3"] = np.array([[1e-3]])  # up between the edges 5, 6, down between 2, 3
+    values["w_5_2"] = np.array([[1e-3]])  # up between the edges 4, 5, down between 1, 2
     falling, rising = last_cycle(model.angle(COURSE, values, SETTING))
-    edges = TOP * np.sign(np.linspace(-1, 1, 9)) * np.abs(np.linspace(-1, 1, 9)) ** 1.4
+    edges = TOP * np.sign(np.linspace(-1, 1, 7)) * np.abs(np.linspace(-1, 1, 7)) ** 1.4
     torque = np.linspace(-TOP, TOP, 241)
-    np.testing.assert_allclose(rising[torque < edges[5]], 0.0, atol=1e-15)
-    np.testing.assert_allclose(rising[torque > edges[6]], 1e-3, rtol=1e-12)
-    np.testing.assert_allclose(falling[torque < edges[2]], 0.0, atol=1e-15)
-    np.testing.assert_allclose(falling[torque > edges[3]], 1e-3, rtol=1e-12)
+    np.testing.assert_allclose(rising[torque < edges[4]], 0.0, atol=1e-15)
+    np.testing.assert_allclose(rising[torque > edges[5]], 1e-3, rtol=1e-12)
+    np.testing.assert_allclose(falling[torque < edges[1]], 0.0, atol=1e-15)
+    np.testing.assert_allclose(falling[torque > edges[2]], 1e-3, rtol=1e-12)
 
 
 def test_a_minor_loop_of_relays_closes() -> None:

@@ -17,9 +17,9 @@ from hdprog.physics.other_models.nonnegative import (
 from hdprog.physics.parameters import FloatArray
 from hdprog.physics.torque_path import TorquePath
 
-_CELLS = 8  # along each axis of the plane
-_FINE = 8  # strips of a cell
-_PIECES = 16  # of the reversible part
+_CELLS = 6  # along each axis of the plane
+_FINE = 10  # strips of a cell
+_PIECES = 12  # of the reversible part
 _BEND = 1.4
 
 
