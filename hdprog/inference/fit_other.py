@@ -68,10 +68,12 @@ def fit_other(
     """
     likelihood = _described(prepared, model, rng)
     starts = other_starts(likelihood, rng)
-    # A block's mean angle differs from the angle at its mean torque by what the model bends.
-    straight = likelihood.reduced.angle
-    reduced = replace(likelihood.reduced, angle=straight - bend(likelihood, starts[0]))
-    likelihood = replace(likelihood, reduced=reduced)
+    if not model.needs:
+        # A block's mean angle differs from the angle at its mean torque by what the model bends.
+        # Inside a block torque alone is known: a model that needs more does without.
+        straight = likelihood.reduced.angle
+        reduced = replace(likelihood.reduced, angle=straight - bend(likelihood, starts[0]))
+        likelihood = replace(likelihood, reduced=reduced)
     known = np.array([start.point for start in starts])
     starts = other_starts(likelihood, rng, known)
     noise = noise_about(likelihood, starts[0])

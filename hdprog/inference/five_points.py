@@ -28,6 +28,7 @@ from hdprog.results import PaperIdentification
 
 _WINDOW = 0.1  # of the largest torque: the stretch of branch that a point is read off
 _VISIBLE = 2.0  # times the noise: what the eye sees a curve leave a ruler by
+_MOST_STEPS = 60  # of each search
 _STEPS = 101  # torques at which it looks
 _NO_THRESHOLD = 0.04  # of the largest torque: a threshold below it is none (38)
 _NO_GROWTH = 1e-6  # 1/rad: as good as none, and the logarithm of it exists
@@ -35,9 +36,9 @@ _HALVINGS = 25
 _TOLERANCE = 1e-3  # of the noise
 _THIRD = 0.5  # of the first threshold of (26): torque of A3
 _FOURTH, _FIFTH = 0.55, 0.9  # of the largest torque: A4, A5
-_OTHER_CHOICES = ((0.4, 0.9), (0.7, 0.9), (0.55, 0.75), (0.45, 0.98))
-_OTHER_THRESHOLDS = (0.6, 0.8, 1.3, 1.7)  # times T_T, as one eye or another may read it
-_FIRST_GUESSES = ((0.05, -60.0), (0.08, -100.0), (0.1, -40.0))  # μ0 and (cT_i)0 of the search
+_OTHER_CHOICES = ((0.4, 0.9), (0.55, 0.75))
+_OTHER_THRESHOLDS = (0.6, 1.7)  # times T_T, as one eye or another may read it
+_FIRST_GUESSES = ((0.05, -60.0), (0.09, -110.0))  # μ0 and (cT_i)0 of the search
 _IMPOSSIBLE = 1e6  # times the record's own variance: criterion outside the support
 
 
@@ -217,7 +218,11 @@ def _searched(
             criterion,
             [math.log(mu), math.log(-preload)],
             method="Nelder-Mead",
-            options={"xatol": 1e-3, "fatol": _TOLERANCE * branches.noise**2, "maxiter": 100},
+            options={
+                "xatol": 1e-3,
+                "fatol": _TOLERANCE * branches.noise**2,
+                "maxiter": _MOST_STEPS,
+            },
         )
         for mu, preload in guesses
     ]
@@ -286,6 +291,6 @@ def _springs(
 
     overall = float(torques[2] / elastic[2])
     start = np.log([2 * overall, overall / threshold, overall])
-    found = np.exp(least_squares(missed, start, max_nfev=60).x)
+    found = np.exp(least_squares(missed, start, method="lm", max_nfev=60).x)
     parts = {"K_F": found[0], "a": found[1], "b": found[2], "T_T": threshold}
     return {name: np.array([value]) for name, value in parts.items()}
