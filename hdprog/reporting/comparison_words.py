@@ -132,7 +132,7 @@ def screen(result: Comparison) -> str:
     rows = [head, units]
     rows += [
         (
-            model.words + ("" if model.converged else " (not converged)"),
+            model.words + ("" if model.converged else " *"),
             significant(MICRORADIAN * model.errors.rmse_rad, 3),
             significant(MICRORADIAN * model.errors.heldout_rmse_rad, 3),
             difference(model),
@@ -151,6 +151,8 @@ def screen(result: Comparison) -> str:
         for row in rows
     ]
     lines += [f"left out: {one.words}: {one.why}" for one in result.left_out]
+    if not result.converged:
+        lines.append("* not converged")
     at = torque_words(result.width_torque)
     lines.append(f"width at {at}, local stiffness at {torque_words(result.amplitude)}.")
     return keyboard_signs("\n".join([verdict(result).text, "", *lines]))

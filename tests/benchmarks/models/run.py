@@ -5,8 +5,7 @@
 
 DIR holds the folders torsion-spring and cycloidal-torque-ramps, which are no part of the project;
 without it the records that the project makes are run. Writes results/comparisons.json beside this
-file (entries of records that were not run are kept) and the tables in results/summary.md, which
-the page reports/guide/models.md shows.
+file (entries of records that were not run are kept) and the tables of reports/guide/models.md.
 """
 
 from __future__ import annotations
@@ -22,9 +21,10 @@ from hdprog.comparison.results import Comparison
 from hdprog.physics.figures import ARCMIN_PER_RAD
 from hdprog.reporting.comparison_words import stiffness_at_end
 from tests.benchmarks.models.records import SEED, Record, made, measured
-from tests.benchmarks.models.summary import summary
+from tests.benchmarks.models.summary import updated
 
 RESULTS = Path(__file__).parent / "results"
+PAGE = Path(__file__).parents[3] / "reports" / "guide" / "models.md"
 
 
 def main() -> None:
@@ -47,7 +47,7 @@ def main() -> None:
             found[record.name] = _entry(record, result)
             path.write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", "utf-8")
             print(record.name, f"{result.seconds['compare']:.0f} s", flush=True)
-    (RESULTS / "summary.md").write_text(summary(found), "utf-8")
+    PAGE.write_text(updated(PAGE.read_text("utf-8"), found), "utf-8")
 
 
 def _records(data: Path | None) -> Iterator[Record]:

@@ -6,14 +6,18 @@ from collections.abc import Mapping
 from typing import Any
 
 
-def summary(found: Mapping[str, Any]) -> str:
-    """Held-out errors of all models over all records, then a table a record."""
-    parts = [_overview(found)]
-    parts += [_record(name, entry) for name, entry in found.items()]
-    return "\n\n".join(parts) + "\n"
+def updated(page: str, found: Mapping[str, Any]) -> str:
+    """The guide page with its tables made anew."""
+    details = "\n\n".join(_record(name, entry) for name, entry in found.items())
+    for mark, text in (("table", overview(found)), ("records", details)):
+        begin, end = f"<!-- {mark} -->", f"<!-- end of {mark} -->"
+        head, _, rest = page.partition(begin)
+        _, _, tail = rest.partition(end)
+        page = f"{head}{begin}\n{text}\n{end}{tail}"
+    return page
 
 
-def _overview(found: Mapping[str, Any]) -> str:
+def overview(found: Mapping[str, Any]) -> str:
     """Held-out error in µrad, bold where level with the best."""
     names: dict[str, str] = {}
     for entry in found.values():
@@ -45,6 +49,10 @@ def _error(one: Mapping[str, Any]) -> str:
     return f"**{text}**" if one["level"] else text
 
 
+def _stiffness(value: float | None) -> str:
+    return "–" if value is None else f"{float(f'{value:.3g}'):,.0f}".replace(",", " ")
+
+
 def _record(name: str, entry: Mapping[str, Any]) -> str:
     quick = ", quick" if entry["quick"] else ""
     lines = [
@@ -58,14 +66,13 @@ def _record(name: str, entry: Mapping[str, Any]) -> str:
         "|---|---:|---:|---:|---:|---:|---:|---:|",
     ]
     for one in entry["models"]:
-        stiffness = one["stiffness_Nm_per_rad"]
         lines.append(
             f"| {one['words']}{'' if one['converged'] else ' (not converged)'} | "
             f"{1e6 * one['rmse_rad']:.3g} | {1e6 * one['heldout_rmse_rad']:.3g} | "
             f"{one['elpd_difference']:.0f} ± {one['elpd_difference_se']:.0f} | "
             f"{one['heldout_elpd_difference']:.0f} ± {one['heldout_elpd_difference_se']:.0f} | "
-            f"{one['stacking_weight']:.2f} | {one['width_arcmin']:.2f} | "
-            f"{'–' if stiffness is None else f'{stiffness:.3g}'} |"
+            f"{one['stacking_weight']:.2f} | {abs(one['width_arcmin']):.2f} | "
+            f"{_stiffness(one['stiffness_Nm_per_rad'])} |"
         )
     lines += [f"\nNot defined: {model}: {why}." for model, why in entry["left_out"].items()]
     return "\n".join(lines)
