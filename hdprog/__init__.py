@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hdprog.backtesting import backtest as backtest
+    from hdprog.comparing import compare as compare
     from hdprog.config import Drive as Drive
     from hdprog.config import read_drive as read_drive
     from hdprog.data.loop import Loop as Loop
@@ -26,6 +27,7 @@ _HOMES = {
     "Drive": "hdprog.config",
     "Loop": "hdprog.data.loop",
     "backtest": "hdprog.backtesting",
+    "compare": "hdprog.comparing",
     "explain": "hdprog.workflow",
     "fit": "hdprog.workflow",
     "predict": "hdprog.physics.drive_model",
@@ -43,6 +45,7 @@ __all__ = [  # noqa: RUF022 - in the order of use
     "predict",
     "fit",
     "explain",
+    "compare",
     "run",
     "backtest",
 ]

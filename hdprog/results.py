@@ -110,6 +110,31 @@ class OtherToothAngle:
 
 
 @dataclass(frozen=True)
+class PaperIdentification:
+    """Point estimate by the paper's own identification: five points, then least squares.
+
+    Attributes
+    ----------
+    points : A1 … A5, torque in Nm and angle in rad (of A3 the loop's width)
+    parameters : by name
+    other_choices : least and largest value of each parameter over other choices of the points
+    choices_tried, choices_solved : choices of points, and those that gave parameters at all
+    threshold_read : torque in Nm where the loading branch was read to turn straight
+    rmse_rad : root of the criterion (37) over its points
+    figures : figures of merit of these parameters by key
+    """
+
+    points: Mapping[str, tuple[float, float]]
+    parameters: Mapping[str, float]
+    other_choices: Mapping[str, tuple[float, float]]
+    choices_tried: int
+    choices_solved: int
+    threshold_read: float
+    rmse_rad: float
+    figures: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class LoopFit:
     """The fit along the (reduced) record of one test; all arrays are (blocks,).
 
@@ -168,6 +193,8 @@ class TestResult:
     """What each parameter and figure rests on, by parameter's name and figure's key."""
     other_tooth_angle: OtherToothAngle | None = None
     """None where the tooth angle is declared."""
+    paper: PaperIdentification | None = None
+    """The paper's own identification, where it was asked for."""
 
 
 @dataclass(frozen=True)

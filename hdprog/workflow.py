@@ -8,6 +8,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from hdprog.discovery.search import trace
 from hdprog.errors import UsageError
 from hdprog.explanation import DriveExplanation
 from hdprog.inference.fit_loop import FULL, QUICK, fit_loop
+from hdprog.inference.five_points import identify_record
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import prior_of_drive
@@ -32,10 +34,13 @@ from hdprog.outcome import ExplainOutcome, Outcome
 from hdprog.parallel import hold_blas_to_one_thread, process_executor
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.base import Effect
+from hdprog.physics.figures import figures
 from hdprog.results import DriveResult, Forecast, Provenance, TestResult
 from hdprog.tests_of_drive import FittedTest, close_tests, fit_tests
 
 Progress = Callable[[str, int, int], None]
+Method = Literal["posterior", "paper"]
+METHODS: tuple[Method, ...] = ("posterior", "paper")
 _PARTS = 2  # of the ensembles of a single record, whatever the cores: the draws depend on it
 _LEAST_LOAD, _MOST_LOAD = 0.1, 3.0  # beyond, the makers' rule says nothing of this drive
 _PACKAGES = ("numpy", "scipy", "emcee", "arviz")
@@ -62,6 +67,7 @@ def fit(
     drive: Drive | None = None,
     *,
     effects: tuple[str, ...] = (),
+    method: Method = "posterior",
     rng: np.random.Generator | None = None,
     seed: int = 0,
     quick: bool = False,
@@ -74,6 +80,7 @@ def fit(
     loop : the record
     drive : what is declared of the drive; nothing if None
     effects : ids of effects to fit beside the drive model
+    method : "paper" puts the paper's own identification beside the posterior (29-37)
     rng : source of randomness; made from `seed` if None
     seed : of everything random where no `rng` is given; recorded as None where one is
     quick : fewer draws, marked as such
@@ -82,16 +89,19 @@ def fit(
     Raises
     ------
     UsageError
-        for an effect that does not exist
+        for an effect or a method that does not exist, or effects beside the paper's method
     BadInputError
-        for a prior that does not exist, or an effect that the record cannot show
+        for a prior that does not exist, an effect that the record cannot show, or a record that
+        the paper's identification cannot be used on
     """
     chosen = effects_named(effects)
+    _require_method(method, chosen)
     started = time.perf_counter()
     hold_blas_to_one_thread()
     drive = Drive.default() if drive is None else drive
     recorded = seed if rng is None else None
     rng = np.random.default_rng(seed) if rng is None else rng
+    paper = identify_record(loop, drive) if method == "paper" else None
     with process_executor() as executor:
         posterior = fit_loop(
             loop,
@@ -105,6 +115,11 @@ def fit(
         )
     requests = figure_requests(drive, posterior.operation)
     test = summarise(posterior, requests, _stem(loop), {})
+    if paper is not None:
+        values = {name: np.array([value]) for name, value in paper.parameters.items()}
+        found = figures(requests, values, posterior.operation)
+        own = {key: float(value[0]) for key, value in found.items()}
+        test = replace(test, paper=replace(paper, figures=own))
     result = DriveResult(
         drive=drive,
         tests=(test,),
@@ -115,6 +130,16 @@ def fit(
         seconds={"fit": time.perf_counter() - started},
     )
     return Outcome(result, (posterior,), single=True)
+
+
+def _require_method(method: str, effects: tuple[Effect, ...]) -> None:
+    if method not in METHODS:
+        raise UsageError(f"method: found {method!r}, expected one of {', '.join(METHODS)}")
+    if method == "paper" and effects:
+        raise UsageError(
+            f"effects: found {', '.join(effect.id for effect in effects)} beside method 'paper', "
+            "whose five points know of the drive model alone. Leave one of the two out."
+        )
 
 
 def explain(

@@ -9,12 +9,14 @@ import typer
 from hdprog import __version__
 from hdprog.cli.backtest import backtest
 from hdprog.cli.check import check
+from hdprog.cli.compare import compare
 from hdprog.cli.demo import demo
 from hdprog.cli.exits import GuardedGroup
 from hdprog.cli.explain import explain
 from hdprog.cli.fit import fit
 from hdprog.cli.fleet import fleet
 from hdprog.cli.prior import prior
+from hdprog.cli.reproduce_paper import reproduce_paper
 from hdprog.cli.run import run
 from hdprog.cli.serve import serve
 from hdprog.cli.simulate import simulate
@@ -56,7 +58,21 @@ def _describe(
     """Condition and remaining service life of strain wave gears from torque and torsion loops."""
 
 
-for _command in (demo, check, fit, explain, run, fleet, backtest, simulate, serve, worker):
+_COMMANDS = (
+    demo,
+    check,
+    fit,
+    explain,
+    compare,
+    run,
+    fleet,
+    backtest,
+    simulate,
+    reproduce_paper,
+    serve,
+    worker,
+)
+for _command in _COMMANDS:
     app.command(epilog=EPILOG)(_command)
 for _name, _group in {"prior": prior, "user": user, "token": token, "store": store}.items():
     app.add_typer(_group, name=_name, epilog=EPILOG)

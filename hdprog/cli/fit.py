@@ -9,6 +9,7 @@ import typer
 from hdprog.cli.common import command_line, conclude, output_folder, read_record, split_ids
 from hdprog.cli.options import AsJson, Columns, DriveFile, LoopFile, Out, Quick, Quiet, Seed, Select
 from hdprog.cli.progress import progress
+from hdprog.errors import UsageError
 
 
 def fit(
@@ -21,6 +22,14 @@ def fit(
         str | None,
         typer.Option("--effects", metavar="ID,ID", help="Effects to fit beside the drive model."),
     ] = None,
+    method: Annotated[
+        str,
+        typer.Option(
+            "--method",
+            metavar="posterior|paper",
+            help="paper: the paper's five points and least squares beside the posterior.",
+        ),
+    ] = "posterior",
     out: Out = None,
     seed: Seed = 0,
     as_json: AsJson = False,
@@ -31,6 +40,8 @@ def fit(
 
     Writes summary.json, report.html and posterior.nc.
     """
+    if method not in ("posterior", "paper"):
+        raise UsageError(f"--method: found {method!r}, expected posterior or paper")
     folder = output_folder(out, loop.name.split(".")[0])
     record, settings = read_record(loop, drive, columns, select)
     from hdprog import workflow  # slow to import; a bad record is told before
@@ -40,8 +51,12 @@ def fit(
             record,
             settings,
             effects=split_ids(effects),
+            method="paper" if method == "paper" else "posterior",
             seed=seed,
             quick=quick,
             progress=report,
         )
-    conclude(result, folder, command_line(ctx), as_json=as_json)
+    advice = None
+    if method == "paper":
+        advice = "The paper's own identification stands beside the posterior under Parameters."
+    conclude(result, folder, command_line(ctx), as_json=as_json, advice=advice)

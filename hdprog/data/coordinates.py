@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdprog.data.loop import Loop
+from hdprog.data.noise_level import channel_noise
 from hdprog.physics.course import Course, Scales
 from hdprog.physics.parameters import FloatArray
 from hdprog.physics.torque_path import TorquePath
@@ -29,6 +30,10 @@ def record_course(loop: Loop, path: TorquePath, torque_noise: float) -> Course:
     rate = None
     if loop.time is not None:
         rate = loading_rate(loop.torque, loop.time, path.starts, torque_noise)
+    speed = None
+    if loop.time is not None and loop.output_angle is not None:
+        noise = channel_noise(loop.output_angle, loop.time)
+        speed = loading_rate(loop.output_angle, loop.time, path.starts, noise)
     return Course(
         path=path,
         order=np.linspace(0.0, 1.0, count),
@@ -45,6 +50,7 @@ def record_course(loop: Loop, path: TorquePath, torque_noise: float) -> Course:
             readings=count,
             output_middle=None if loop.output_angle is None else float(loop.output_angle.mean()),
         ),
+        output_speed=speed,
     )
 
 
@@ -53,6 +59,7 @@ def loading_rate(
 ) -> FloatArray:
     """Loading rate from straight lines fitted within a sliding part of each stretch.
 
+    Serves the rate of any other channel too.
     Raw differences of a noisy torque have neither its direction nor its rate. A part holds as many
     readings as it takes to find a stretch's mean rate to 5 %.
 

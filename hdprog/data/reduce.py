@@ -231,6 +231,7 @@ def reduce_loop(
             rate=None if whole.rate is None else mean(whole.rate),
             temperature=None if whole.temperature is None else mean(whole.temperature),
             output_angle=None if whole.output_angle is None else mean(whole.output_angle),
+            output_speed=None if whole.output_speed is None else mean(whole.output_speed),
         ),
         angle=mean(angle),
         count=np.asarray(count[full], dtype=np.float64),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,10 @@ from hdprog.physics.parameters import FloatArray
 
 _WHOLE = 0.6  # of the largest swing: a rising branch that begins a cycle
 _FEWEST_CYCLES = 3
+_ITERATIONS = 10
 _GROUPS = 30  # of blocks, whose joint density counts: neighbours' errors go together
+
+Refit = Callable[[Any, FloatArray, int], StartingPoint | None]
 
 
 @dataclass(frozen=True)
@@ -49,10 +53,16 @@ def sample_folds(prepared: Prepared) -> NDArray[np.intp]:
     return np.asarray(np.maximum(places, 0))
 
 
-def held_out(prepared: Prepared, model: Model) -> HeldOut:
+def held_out(prepared: Prepared, model: Model, refit: Refit = descend) -> HeldOut:
     """Refit a model with each part left out in turn and predict that part.
 
     The torque of the part stays: the history of the slip needs it.
+
+    Parameters
+    ----------
+    prepared : the record
+    model : at its best point
+    refit : finds the best point of a likelihood near another in so many iterations
     """
     loop, likelihood = prepared.loop, model.likelihood
     reduced = likelihood.reduced
@@ -69,7 +79,7 @@ def held_out(prepared: Prepared, model: Model) -> HeldOut:
         if not out.any() or out.all():
             continue
         masked = replace(likelihood, noise=likelihood.noise.masking(out))
-        start = descend(masked, model.start.point, 10) or model.start
+        start = refit(masked, model.start.point, _ITERATIONS) or model.start
         left = reduced.angle - masked.angle(start.point[None, :])[0]
         offset = masked.offset(left)
         left = left - offset

@@ -153,7 +153,7 @@ def sample_posterior(
     posterior = RidgePosterior(sampled)
     modes = [_without_effects(start) for start in starts]
     states = initial_states(posterior, modes, rng, parts)
-    chains, diagnostics, sampling, converged = _sample(
+    chains, diagnostics, sampling, converged = sample_until_converged(
         posterior, states, plan, rng, executor, progress
     )
     stored = chains[:, :: -(-chains.shape[1] // plan.stored_steps)]
@@ -229,7 +229,7 @@ def _without_effects(start: StartingPoint) -> StartingPoint:
     )
 
 
-def _sample(
+def sample_until_converged(
     posterior: RidgePosterior,
     states: list[EnsembleState],
     plan: SamplingPlan,

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,6 +73,8 @@ class LoopLikelihood:
     effects: tuple[Effect, ...] = ()
     held: HeldEffects | None = None
     effective: float | None = None
+    # Whether a point begins with the drive model's coordinates, whose ridge is known.
+    ridge: ClassVar[bool] = True
 
     def at_course(self, course: Course) -> LoopLikelihood:
         """The same model along another course; only `angle` has a meaning there."""

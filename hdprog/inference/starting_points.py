@@ -114,8 +114,10 @@ def descend_all(
         dampings = damping[running, None] * _LADDER
         steps = linear.steps(dampings)
         with np.errstate(all="ignore"):
-            straight = here[:, None, :] + steps
-            tried = np.concatenate([straight, _along_ridge(likelihood, here, steps)], axis=1)
+            tried = here[:, None, :] + steps
+            if likelihood.ridge:
+                bent = _along_ridge(likelihood, here, steps)
+                tried = np.concatenate([tried, bent], axis=1)
             reached = _deviance(likelihood, tried.reshape(-1, likelihood.size))
         reached = reached.reshape(tried.shape[:2])
         best = np.argmin(reached, axis=1)
@@ -159,7 +161,8 @@ class _Linear:
         turned = scaled.transpose(0, 2, 1)
         values, vectors = np.linalg.eigh(turned @ scaled)
         pull = (points - likelihood.prior_mean) / sd
-        pull[:, COUNT] = LOGIT_SD * np.tanh(0.5 * points[:, COUNT])  # the logistic prior's own
+        if likelihood.ridge:
+            pull[:, COUNT] = LOGIT_SD * np.tanh(0.5 * points[:, COUNT])  # the logistic prior's own
         gradient = (turned @ residual[:, :, None])[:, :, 0] + pull
         slope = np.einsum("pij,pi->pj", vectors, gradient)
         return _Linear(sd[:, None] * vectors, np.maximum(values, 0.0) + 1.0, slope)

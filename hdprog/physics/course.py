@@ -49,6 +49,7 @@ class Course:
     temperature : in °C, or None
     output_angle : absolute output position in rad, or None
     scales : of the record
+    output_speed : its rate in rad/s from a smoothed position, or None
     """
 
     path: TorquePath
@@ -58,6 +59,7 @@ class Course:
     temperature: FloatArray | None
     output_angle: FloatArray | None
     scales: Scales
+    output_speed: FloatArray | None = None
 
     @cached_property
     def load(self) -> FloatArray:

@@ -181,7 +181,26 @@ def slip(
         current = np.minimum(np.maximum(initial, lower), upper)
     else:
         current = lower + initial_fraction * (upper - lower)
-    # How far the slip has come along the direction of travel, turned at each reversal.
+    return play(path, envelope, at_end, current)
+
+
+def play(
+    path: TorquePath, envelope: FloatArray, at_end: FloatArray, current: FloatArray
+) -> FloatArray:
+    """Carry a state along a torque path: it stays where it is until an envelope pushes it.
+
+    Parameters
+    ----------
+    path : the torque history
+    envelope : (draws, samples) envelope that pushes, along the direction of travel; overwritten
+    at_end : (draws, stretches) the same at the end of each stretch
+    current : (draws,) state before the first sample, between the envelopes there
+
+    Returns
+    -------
+    (draws, samples) state
+    """
+    # How far the state has come along the direction of travel, turned at each reversal.
     travelled = current if path.rising[0] else -current
     for number, (start, end) in enumerate(zip(path.starts, path.ends, strict=True)):
         if number:

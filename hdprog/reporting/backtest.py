@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from hdprog.config import Drive
 from hdprog.forecast.backtest import INTERVALS
 from hdprog.forecast.backtest_pool import (
@@ -23,24 +21,13 @@ from hdprog.reporting.figures.backtest_intervals import forecast_intervals
 from hdprog.reporting.figures.backtest_transforms import transforms
 from hdprog.reporting.sections import backtest as tables
 from hdprog.reporting.sections import provenance
-from hdprog.reporting.sections.table import Table
-from hdprog.reporting.style import Picture, house_style
+from hdprog.reporting.sections.section import Section
+from hdprog.reporting.style import house_style
 from hdprog.reporting.words import counted
 from hdprog.results import DriveResult
 
 _DRAWN = 12
 """Drives whose forecasts are drawn one by one, so that the file stays small."""
-
-
-@dataclass(frozen=True)
-class Section:
-    """A part of the page; pictures with a heading of their own, or none."""
-
-    id: str
-    title: str
-    paragraphs: tuple[str, ...]
-    pictures: tuple[tuple[str, Picture], ...]
-    tables: tuple[Table, ...]
 
 
 def build_backtest_report(result: BacktestResult) -> str:
@@ -58,8 +45,9 @@ def build_backtest_report(result: BacktestResult) -> str:
     ]
     return (
         environment()
-        .get_template("backtest.html")
+        .get_template("sections.html")
         .render(
+            kicker="hdprog backtest",
             title=f"{name} \u2013 {said.label} \u2013 hdprog backtest",
             name=name,
             subtitle=" · ".join(parts),

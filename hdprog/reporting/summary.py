@@ -9,6 +9,7 @@ from typing import Any
 from hdprog.physics.parameters import BY_NAME
 from hdprog.reporting.drive_name import drive_name
 from hdprog.reporting.outlook import next_test_hours
+from hdprog.reporting.sections.paper_method import where_it_fails
 from hdprog.reporting.verdict import verdict
 from hdprog.reporting.weak_words import weak_words
 from hdprog.reporting.words import FIRST_LIMIT, keyboard_signs, quantity
@@ -134,6 +135,7 @@ def _test(test: TestResult) -> dict[str, Any]:
         "identification": _identification(test.identification),
         "sensitivity": {name: _sensitivity(found) for name, found in test.sensitivity.items()},
         "other_tooth_angle": _other_tooth_angle(test.other_tooth_angle),
+        "paper_identification": _paper(test),
         "warnings": [*test.warnings, *weak_words(test)],
     }
 
@@ -170,6 +172,28 @@ def _other_tooth_angle(other: OtherToothAngle | None) -> dict[str, Any] | None:
         "alpha_deg": number(round(math.degrees(other.alpha), 9)),
         "parameters": {name: quantiles(levels) for name, levels in other.parameters.items()},
         "figures": {key: quantiles(levels) for key, levels in other.figures.items()},
+    }
+
+
+def _paper(test: TestResult) -> dict[str, Any] | None:
+    found = test.paper
+    if found is None:
+        return None
+    return {
+        "points": {
+            name: {"torque_Nm": number(torque), "angle_rad": number(angle)}
+            for name, (torque, angle) in found.points.items()
+        },
+        "parameters": {name: number(value) for name, value in found.parameters.items()},
+        "other_choices_of_points": {
+            name: {"least": number(low), "largest": number(high)}
+            for name, (low, high) in found.other_choices.items()
+        },
+        "choices_tried": found.choices_tried,
+        "choices_solved": found.choices_solved,
+        "figures": {key: number(value) for key, value in found.figures.items()},
+        "rmse_rad": number(found.rmse_rad),
+        "where_it_fails": [keyboard_signs(text) for text in where_it_fails(test)],
     }
 
 

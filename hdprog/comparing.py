@@ -1,0 +1,175 @@
+"""Every model on one loop: fitted side by side, ranked, written as JSON and report."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hdprog import __version__
+from hdprog.atomic import atomic_directory
+from hdprog.comparison.curves import SteadyCycle
+from hdprog.comparison.fitted import fit_model
+from hdprog.comparison.ranking import ranked
+from hdprog.comparison.results import DRIVE, ComparedModel, Comparison, LeftOut
+from hdprog.config import Drive
+from hdprog.data.loop import Loop
+from hdprog.inference.fit_loop import FULL, QUICK
+from hdprog.inference.prepare import prepare
+from hdprog.parallel import hold_blas_to_one_thread, process_executor
+from hdprog.physics.other_models import MODELS
+from hdprog.results import Provenance
+
+Progress = Callable[[str, int, int], None]
+_PACKAGES = ("numpy", "scipy", "emcee", "arviz")
+# Longest first, so that no process waits for one that began last.
+_LONGEST = ("preisach", DRIVE, "tuttle", "dhaouadi", "seyfferth", "maxwell_slip")
+
+
+@dataclass(frozen=True)
+class ComparisonOutcome:
+    """The models on one record, best first, ready to be written.
+
+    Attributes
+    ----------
+    result : numbers of all models
+    """
+
+    result: Comparison
+
+    @property
+    def models(self) -> tuple[ComparedModel, ...]:
+        """The models, best first."""
+        return self.result.models
+
+    @property
+    def converged(self) -> bool:
+        """Whether every model's posterior converged."""
+        return self.result.converged
+
+    @property
+    def sentence(self) -> str:
+        """The outcome in plain words, and the table."""
+        from hdprog.reporting.comparison_words import screen
+
+        return screen(self.result)
+
+    def document(self) -> dict[str, Any]:
+        """Content of compare.json (schema hdprog.compare/1)."""
+        from hdprog.reporting.comparison_json import comparison_json
+
+        return comparison_json(self.result)
+
+    def write(self, out: str | Path, command: str = "Python API") -> None:
+        """Write compare.json and report.html, whole or not at all."""
+        from hdprog.reporting.comparison import build_comparison_report
+
+        provenance = replace(self.result.provenance, command=command)
+        stamped = ComparisonOutcome(replace(self.result, provenance=provenance))
+        with atomic_directory(Path(out)) as folder:
+            text = json.dumps(stamped.document(), indent=1, allow_nan=False, ensure_ascii=False)
+            (folder / "compare.json").write_text(text + "\n", "utf-8")
+            page = build_comparison_report(stamped.result)
+            (folder / "report.html").write_text(page, "utf-8")
+
+
+def compare(
+    loop: Loop,
+    drive: Drive | None = None,
+    *,
+    rng: np.random.Generator | None = None,
+    seed: int = 0,
+    quick: bool = False,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> ComparisonOutcome:
+    """Fit the drive model and every other model to one loop, and rank them.
+
+    Parameters
+    ----------
+    loop : the record
+    drive : what is declared of the drive; nothing if None
+    rng : source of randomness; made from `seed` if None
+    seed : of everything random where no `rng` is given; recorded as None where one is
+    quick : fewer draws, marked as such
+    workers : processes; one a core if None. The numbers do not depend on it.
+    progress : called with stage, done, total
+
+    Raises
+    ------
+    BadInputError
+        for a prior that does not exist
+    """
+    started = time.perf_counter()
+    hold_blas_to_one_thread()
+    drive = Drive.default() if drive is None else drive
+    recorded = seed if rng is None else None
+    rng = np.random.default_rng(seed) if rng is None else rng
+    prepared = prepare(loop, drive, rng)
+    cycle = SteadyCycle.of(prepared.record_course, prepared.operation.reference_torque)
+    reasons = {model.id: model.missing(prepared.record_course) for model in MODELS}
+    left_out = [
+        LeftOut(model.id, model.words, why)
+        for model in MODELS
+        if (why := reasons[model.id]) is not None
+    ]
+    able = [DRIVE, *(model.id for model in MODELS if reasons[model.id] is None)]
+    streams = dict(zip(able, rng.spawn(len(able)), strict=True))
+    order = sorted(able, key=lambda one: _LONGEST.index(one) if one in _LONGEST else len(_LONGEST))
+    count = len(order)
+    fitted = []
+    with process_executor(workers) as executor:
+        spread = map if executor is None else executor.map
+        found = spread(
+            fit_model,
+            [prepared] * count,
+            order,
+            [cycle] * count,
+            [streams[one] for one in order],
+            [QUICK if quick else FULL] * count,
+        )
+        for one in found:
+            fitted.append(one)
+            if progress is not None:
+                progress("models", len(fitted), count)
+    fitted.sort(key=lambda one: able.index(one.id))
+    models = ranked(fitted)
+    result = Comparison(
+        loop=loop,
+        operation=prepared.operation,
+        two_sided=cycle.two_sided,
+        amplitude=cycle.amplitude,
+        width_torque=cycle.width_torque,
+        noise_floor_rad=prepared.noise_floor,
+        models=models,
+        left_out=tuple(left_out),
+        warnings=(*_not_converged(models), *prepared.warnings),
+        provenance=Provenance(
+            hdprog_version=__version__,
+            seed=recorded,
+            quick=quick,
+            command="Python API",
+            created=datetime.now(UTC).isoformat(timespec="seconds"),
+            versions={name: version(name) for name in _PACKAGES},
+            files={loop.source: loop.sha256},
+        ),
+        seconds={"compare": time.perf_counter() - started},
+    )
+    return ComparisonOutcome(result)
+
+
+def _not_converged(models: tuple[ComparedModel, ...]) -> list[str]:
+    names = [model.words for model in models if not model.converged]
+    if not names:
+        return []
+    return [
+        f"Not converged: {', '.join(names)}. Their numbers, and their place in the ranking, are "
+        "provisional."
+    ]

@@ -1,0 +1,77 @@
+"""Draws of any model's posterior, the drive model's and the others' alike."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdprog.inference.diagnostics import Diagnostics
+from hdprog.inference.fit_loop import SamplingPlan, sample_posterior
+from hdprog.inference.fit_other import fit_other
+from hdprog.inference.likelihood import LoopLikelihood
+from hdprog.inference.prepare import Prepared, settle_noise
+from hdprog.inference.sampler import ENSEMBLES, WALKERS
+from hdprog.inference.starting_points import StartingPoint
+from hdprog.physics.other_models import BY_ID
+from hdprog.physics.parameters import FloatArray
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What the posterior of any model has; attributes as in `OtherPosterior`."""
+
+    likelihood: LoopLikelihood
+    starts: tuple[StartingPoint, ...]
+    chains: FloatArray
+    offset: FloatArray
+    scale: FloatArray
+    diagnostics: Diagnostics
+    converged: bool
+    method: str
+    sampling: Mapping[str, float]
+
+    def flat(self, draws: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Evenly chosen points (draws, size), offsets and noise scales (draws,)."""
+        size = self.chains.shape[-1]
+        total = int(np.prod(self.chains.shape[:3]))
+        points = self.chains.transpose(0, 2, 1, 3).reshape(total, size)
+        chosen = np.linspace(0, total - 1, min(draws, total)).astype(np.intp)
+        offset = self.offset.transpose(0, 2, 1).reshape(-1)[chosen]
+        return points[chosen], offset, self.scale.transpose(0, 2, 1).reshape(-1)[chosen]
+
+
+def drive_draws(prepared: Prepared, rng: np.random.Generator, plan: SamplingPlan) -> Drawn:
+    """Posterior of the drive model on a prepared record."""
+    likelihood, starts = settle_noise(prepared.likelihood, prepared.starts, rng)
+    posterior = sample_posterior(prepared, likelihood, starts, rng, plan=plan)
+    return Drawn(
+        posterior.likelihood,
+        tuple(starts),
+        posterior.chains,
+        posterior.offset,
+        posterior.noise_scale,
+        posterior.diagnostics,
+        posterior.converged,
+        f"{ENSEMBLES} independent emcee ensembles of {WALKERS} walkers",
+        posterior.sampling,
+    )
+
+
+def other_draws(
+    prepared: Prepared, model_id: str, rng: np.random.Generator, plan: SamplingPlan
+) -> Drawn:
+    """Posterior of another model on a prepared record."""
+    posterior = fit_other(prepared, BY_ID[model_id], rng, plan)
+    return Drawn(
+        posterior.likelihood,
+        posterior.starts,
+        posterior.chains,
+        posterior.offset,
+        posterior.noise_scale,
+        posterior.diagnostics,
+        posterior.converged,
+        posterior.method,
+        posterior.sampling,
+    )

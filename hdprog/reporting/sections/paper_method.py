@@ -1,0 +1,119 @@
+"""The paper's own identification beside the posterior, with where it fails."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hdprog.physics.parameters import NAMES
+from hdprog.reporting.geometry import MICRORADIAN
+from hdprog.reporting.rounding import interval, significant
+from hdprog.reporting.sections.table import Row, Table, Value
+from hdprog.reporting.words import (
+    agree,
+    capital,
+    listed,
+    parameter_meaning,
+    parameter_name,
+    quantity,
+    torque_words,
+)
+from hdprog.results import PaperIdentification, TestResult
+
+_APART = 1.2  # times the other error: as good as equal below
+
+
+@dataclass(frozen=True)
+class PaperMethod:
+    """What the page says of the identification: paragraphs, then the table."""
+
+    paragraphs: tuple[str, ...]
+    table: Table
+
+
+def paper_method(test: TestResult) -> PaperMethod | None:
+    """The identification of a test beside its posterior; None where it was not asked for."""
+    found = test.paper
+    if found is None:
+        return None
+    said = (
+        "Five points read off the loop give the parameters for given friction and preload "
+        "(29-34); these two are moved until the squared errors of both branches at positive "
+        "torque are least (37). The paper picks the points by hand, here a rule does.",
+        *where_it_fails(test),
+    )
+    return PaperMethod(said, _table(test, found))
+
+
+def where_it_fails(test: TestResult) -> list[str]:
+    """What the point estimate cannot say, and where it goes wrong on this record."""
+    found = test.paper
+    if found is None:
+        return []
+    said = [
+        "It gives no error of its own: nothing in it says how far a number can be trusted.",
+        f"The threshold T_T is read where the loading branch seems to turn straight, "
+        f"{torque_words(found.threshold_read)} here. Other readings and other points, "
+        f"{found.choices_solved} of {found.choices_tried} of which give an answer at all, lead to "
+        "the values in the last column.",
+    ]
+    missed = [name for name in NAMES if not _inside(test, name, found.parameters[name])]
+    if missed:
+        names = listed(parameter_name(name) for name in missed)
+        said.append(
+            f"{capital(agree(len(missed), 'its value of', 'its values of'))} {names} "
+            f"{agree(len(missed), 'lies', 'lie')} outside the posterior's 90 % interval."
+        )
+    if found.rmse_rad > _APART * test.rmse_rad:
+        said.append(
+            f"It leaves {significant(MICRORADIAN * found.rmse_rad, 2)} µrad at positive torque, "
+            f"the posterior {significant(MICRORADIAN * test.rmse_rad, 2)} µrad over the record."
+        )
+    return said
+
+
+def _inside(test: TestResult, name: str, value: float) -> bool:
+    quantiles = test.parameters[name].quantiles
+    return quantiles[0.05] <= value <= quantiles[0.95]
+
+
+def _table(test: TestResult, found: PaperIdentification) -> Table:
+    rows = []
+    for name in NAMES:
+        quantiles = test.parameters[name].quantiles
+        low, middle, high = interval(quantiles[0.05], quantiles[0.50], quantiles[0.95])
+        least, largest = found.other_choices[name]
+        rows.append(
+            Row(
+                parameter_name(name),
+                (
+                    significant(found.parameters[name]),
+                    Value(middle, f"{low} to {high}"),
+                    "yes" if _inside(test, name, found.parameters[name]) else "no",
+                    f"{significant(least)} to {significant(largest)}",
+                ),
+                note=parameter_meaning(name),
+            )
+        )
+    for key, value in found.figures.items():
+        levels = test.figures[key]
+        low, middle, high = interval(levels[0.05], levels[0.50], levels[0.95])
+        named = quantity(key)
+        rows.append(
+            Row(
+                capital(named.name),
+                (
+                    significant(value),
+                    Value(middle, f"{low} to {high}"),
+                    "yes" if levels[0.05] <= value <= levels[0.95] else "no",
+                    "–",
+                ),
+                note=named.unit,
+            )
+        )
+    return Table.flat(
+        f"Test {test.test_id}: the paper's identification, and the posterior with its 90 % "
+        "interval.",
+        ("number", "five points", "posterior", "inside", "with other points"),
+        rows,
+        doubtful=not test.converged,
+    )

@@ -1,0 +1,1 @@
+"""The drive model and the other models on worn, new and measured records. Run off line."""
