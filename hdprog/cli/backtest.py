@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from hdprog.cli.common import command_line, conclude, output_folder
-from hdprog.cli.options import AsJson, Out, Quick, Quiet, Seed
+from hdprog.cli.options import AsJson, Out, Pdf, Quick, Quiet, Seed
 from hdprog.cli.progress import progress
 
 
@@ -26,6 +26,7 @@ def backtest(
     as_json: AsJson = False,
     quick: Quick = False,
     quiet: Quiet = False,
+    pdf: Pdf = False,
     workers: Annotated[
         int | None,
         typer.Option("--workers", min=1, help="Processes to use (default: one a core)."),
@@ -37,11 +38,11 @@ def backtest(
     scores that by what came later: the later tests, or the truth of a simulated drive. Fits with
     the drive model alone. Writes backtest.json and report.html.
     """
-    place = output_folder(out, f"backtest-{folder.resolve().name}")
+    place = output_folder(out, f"backtest-{folder.resolve().name}", pdf=pdf)
     from hdprog import backtesting
 
     with progress(quiet=quiet) as report:
         result = backtesting.backtest(
             folder, seed=seed, quick=quick, workers=workers, progress=report
         )
-    conclude(result, place, command_line(ctx), as_json=as_json)
+    conclude(result, place, command_line(ctx), as_json=as_json, pdf=pdf)

@@ -39,7 +39,7 @@ def command_line(ctx: typer.Context) -> str:
     return str(ctx.find_root().obj)
 
 
-def output_folder(out: Path | None, name: str) -> Path:
+def output_folder(out: Path | None, name: str, *, pdf: bool = False) -> Path:
     """Settle where to write, and refuse before the work what could not be written after it.
 
     Parameters
@@ -48,12 +48,18 @@ def output_folder(out: Path | None, name: str) -> Path:
         The folder asked for; None for `./hdprog-NAME`.
     name : str
         The drive's or loop's name.
+    pdf : bool
+        Whether a PDF is wanted.
 
     Raises
     ------
     UsageError
-        When a file lies where the folder should be.
+        When a file lies where the folder should be, or a PDF cannot be made here.
     """
+    if pdf:
+        from hdprog.reporting.pdf import require_pdf
+
+        require_pdf()
     folder = Path(f"hdprog-{name}") if out is None else out
     if folder.exists() and not folder.is_dir():
         raise UsageError(
@@ -91,7 +97,13 @@ def print_json(content: Any) -> None:
 
 
 def conclude(
-    result: Writable, out: Path, command: str, *, as_json: bool, advice: str | None = None
+    result: Writable,
+    out: Path,
+    command: str,
+    *,
+    as_json: bool,
+    pdf: bool = False,
+    advice: str | None = None,
 ) -> None:
     """Write the outcome, say the verdict and where things are, and end with 4 if not converged.
 
@@ -105,6 +117,8 @@ def conclude(
         The command as typed, for the provenance in the report.
     as_json : bool
         Write the JSON document to standard output instead of words.
+    pdf : bool
+        Write the report as PDF, too.
     advice : str or None
         What to try next, after the words.
 
@@ -116,11 +130,16 @@ def conclude(
     from hdprog.reporting.words import keyboard_signs
 
     result.write(out, command)
+    written = out / "report.html"
+    if pdf:
+        from hdprog.reporting.pdf import write_pdf
+
+        written = write_pdf(written)
     if as_json:
         print_json(result.document())
     else:
         typer.echo(keyboard_signs(result.sentence))
-        typer.echo(f"Report: {out / 'report.html'}")
+        typer.echo(f"Report: {written}")
         if advice is not None:
             typer.echo(advice)
     if not result.converged:

@@ -7,7 +7,18 @@ from typing import Annotated
 import typer
 
 from hdprog.cli.common import command_line, conclude, output_folder, read_record
-from hdprog.cli.options import AsJson, Columns, DriveFile, LoopFile, Out, Quick, Quiet, Seed, Select
+from hdprog.cli.options import (
+    AsJson,
+    Columns,
+    DriveFile,
+    LoopFile,
+    Out,
+    Pdf,
+    Quick,
+    Quiet,
+    Seed,
+    Select,
+)
 from hdprog.cli.progress import progress
 
 
@@ -22,6 +33,7 @@ def compare(
     as_json: AsJson = False,
     quick: Quick = False,
     quiet: Quiet = False,
+    pdf: Pdf = False,
     workers: Annotated[
         int | None,
         typer.Option("--workers", min=1, help="Processes to use (default: one a core)."),
@@ -32,7 +44,7 @@ def compare(
     Fits every model that the record allows and ranks them by what they predict of parts that they
     did not see. Writes compare.json and report.html.
     """
-    folder = output_folder(out, f"compare-{loop.name.split('.')[0]}")
+    folder = output_folder(out, f"compare-{loop.name.split('.')[0]}", pdf=pdf)
     record, settings = read_record(loop, drive, columns, select)
     from hdprog import comparing  # slow to import; a bad record is told before
 
@@ -40,4 +52,4 @@ def compare(
         result = comparing.compare(
             record, settings, seed=seed, quick=quick, workers=workers, progress=report
         )
-    conclude(result, folder, command_line(ctx), as_json=as_json)
+    conclude(result, folder, command_line(ctx), as_json=as_json, pdf=pdf)

@@ -7,7 +7,7 @@ from importlib.resources import as_file
 import typer
 
 from hdprog.cli.common import command_line, conclude, output_folder
-from hdprog.cli.options import AsJson, Out, Quick, Quiet, Seed
+from hdprog.cli.options import AsJson, Out, Pdf, Quick, Quiet, Seed
 from hdprog.cli.progress import progress
 from hdprog.shipped import shipped
 
@@ -26,14 +26,15 @@ def demo(
     as_json: AsJson = False,
     quick: Quick = False,
     quiet: Quiet = False,
+    pdf: Pdf = False,
 ) -> None:
     """Run the main job on a shipped drive, end to end.
 
     The drive is a simulated one that is wearing out; its data travel with the program.
     """
-    folder = output_folder(out, DATASET)
+    folder = output_folder(out, DATASET, pdf=pdf)
     from hdprog import workflow
 
     with as_file(shipped("datasets") / DATASET) as drive_dir, progress(quiet=quiet) as report:
         result = workflow.run(drive_dir, seed=seed, quick=quick, progress=report)
-    conclude(result, folder, command_line(ctx), as_json=as_json, advice=WITH_YOUR_OWN_FILE)
+    conclude(result, folder, command_line(ctx), as_json=as_json, pdf=pdf, advice=WITH_YOUR_OWN_FILE)

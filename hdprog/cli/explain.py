@@ -11,6 +11,7 @@ from hdprog.cli.options import (
     DriveFile,
     LoopOrFolder,
     Out,
+    Pdf,
     Quick,
     Quiet,
     Seed,
@@ -31,6 +32,7 @@ def explain(
     as_json: AsJson = False,
     quick: Quick = False,
     quiet: Quiet = False,
+    pdf: Pdf = False,
 ) -> None:
     """Trace a residual to the effect that the drive model lacks.
 
@@ -43,7 +45,7 @@ def explain(
             "--drive, --columns, --select: found beside a drive folder, whose drive.toml says "
             "these things. Leave them out, or name a loop file."
         )
-    folder = output_folder(out, record.resolve().name.split(".")[0])
+    folder = output_folder(out, record.resolve().name.split(".")[0], pdf=pdf)
     if of_drive:
         from hdprog import workflow
 
@@ -55,4 +57,4 @@ def explain(
 
         with progress(quiet=quiet) as report:
             result = workflow.explain(loop, settings, seed=seed, quick=quick, progress=report)
-    conclude(result, folder, command_line(ctx), as_json=as_json)
+    conclude(result, folder, command_line(ctx), as_json=as_json, pdf=pdf)

@@ -7,7 +7,18 @@ from typing import Annotated
 import typer
 
 from hdprog.cli.common import command_line, conclude, output_folder, read_record, split_ids
-from hdprog.cli.options import AsJson, Columns, DriveFile, LoopFile, Out, Quick, Quiet, Seed, Select
+from hdprog.cli.options import (
+    AsJson,
+    Columns,
+    DriveFile,
+    LoopFile,
+    Out,
+    Pdf,
+    Quick,
+    Quiet,
+    Seed,
+    Select,
+)
 from hdprog.cli.progress import progress
 from hdprog.errors import UsageError
 
@@ -35,6 +46,7 @@ def fit(
     as_json: AsJson = False,
     quick: Quick = False,
     quiet: Quiet = False,
+    pdf: Pdf = False,
 ) -> None:
     """Fit one loop and write its report.
 
@@ -42,7 +54,7 @@ def fit(
     """
     if method not in ("posterior", "paper"):
         raise UsageError(f"--method: found {method!r}, expected posterior or paper")
-    folder = output_folder(out, loop.name.split(".")[0])
+    folder = output_folder(out, loop.name.split(".")[0], pdf=pdf)
     record, settings = read_record(loop, drive, columns, select)
     from hdprog import workflow  # slow to import; a bad record is told before
 
@@ -59,4 +71,4 @@ def fit(
     advice = None
     if method == "paper":
         advice = "The paper's own identification stands beside the posterior under Parameters."
-    conclude(result, folder, command_line(ctx), as_json=as_json, advice=advice)
+    conclude(result, folder, command_line(ctx), as_json=as_json, pdf=pdf, advice=advice)

@@ -47,6 +47,10 @@ Out = Annotated[
     Path | None,
     typer.Option("--out", help="Folder to write to (default: ./hdprog-NAME)."),
 ]
+Pdf = Annotated[
+    bool,
+    typer.Option("--pdf", help="Write report.pdf beside report.html (extra `pdf`)."),
+]
 DriveFile = Annotated[
     Path | None,
     typer.Option("--drive", help="drive.toml with the drive's model, limits and noise."),

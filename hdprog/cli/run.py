@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from hdprog.cli.common import command_line, conclude, output_folder
-from hdprog.cli.options import AsJson, DriveFolder, Out, Quick, Quiet, Seed
+from hdprog.cli.options import AsJson, DriveFolder, Out, Pdf, Quick, Quiet, Seed
 from hdprog.cli.progress import progress
 
 
@@ -42,6 +42,7 @@ def run(
     as_json: AsJson = False,
     quick: Quick = False,
     quiet: Quiet = False,
+    pdf: Pdf = False,
 ) -> None:
     """Fit a drive's tests and forecast its limits.
 
@@ -49,7 +50,7 @@ def run(
     hours and forecasts when each limit is crossed. Writes summary.json, explain.json, report.html
     and posteriors/*.nc.
     """
-    folder = output_folder(out, drive_dir.resolve().name)
+    folder = output_folder(out, drive_dir.resolve().name, pdf=pdf)
     from hdprog import workflow
 
     with progress(quiet=quiet) as report:
@@ -62,4 +63,4 @@ def run(
             fleet=fleet,
             progress=report,
         )
-    conclude(result, folder, command_line(ctx), as_json=as_json)
+    conclude(result, folder, command_line(ctx), as_json=as_json, pdf=pdf)
