@@ -65,14 +65,14 @@ def _record(name: str, entry: Mapping[str, Any]) -> str:
         "stiffness |",
         "|---|---:|---:|---:|---:|---:|---:|---:|",
     ]
-    for one in entry["models"]:
-        lines.append(
-            f"| {one['words']}{'' if one['converged'] else ' (not converged)'} | "
-            f"{1e6 * one['rmse_rad']:.3g} | {1e6 * one['heldout_rmse_rad']:.3g} | "
-            f"{one['elpd_difference']:.0f} ± {one['elpd_difference_se']:.0f} | "
-            f"{one['heldout_elpd_difference']:.0f} ± {one['heldout_elpd_difference_se']:.0f} | "
-            f"{one['stacking_weight']:.2f} | {abs(one['width_arcmin']):.2f} | "
-            f"{_stiffness(one['stiffness_Nm_per_rad'])} |"
-        )
+    lines += [
+        f"| {one['words']}{'' if one['converged'] else ' (not converged)'} | "
+        f"{1e6 * one['rmse_rad']:.3g} | {1e6 * one['heldout_rmse_rad']:.3g} | "
+        f"{one['elpd_difference']:.0f} ± {one['elpd_difference_se']:.0f} | "
+        f"{one['heldout_elpd_difference']:.0f} ± {one['heldout_elpd_difference_se']:.0f} | "
+        f"{one['stacking_weight']:.2f} | {abs(one['width_arcmin']):.2f} | "
+        f"{_stiffness(one['stiffness_Nm_per_rad'])} |"
+        for one in entry["models"]
+    ]
     lines += [f"\nNot defined: {model}: {why}." for model, why in entry["left_out"].items()]
     return "\n".join(lines)
