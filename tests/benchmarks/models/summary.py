@@ -30,7 +30,7 @@ def overview(found: Mapping[str, Any]) -> str:
             one = next((m for m in entry["models"] if m["id"] == model_id), None)
             cells.append("–" if one is None else _error(one))
         lines.append(f"| {words} | {' | '.join(cells)} |")
-    floors = [f"{1e6 * entry['noise_floor_rad']:.3g}" for entry in found.values()]
+    floors = [_micro(entry["noise_floor_rad"]) for entry in found.values()]
     lines.append(f"| *noise floor* | {' | '.join(floors)} |")
     return "\n".join(lines)
 
@@ -45,8 +45,14 @@ def _mean_rank(found: Mapping[str, Any], model_id: str) -> float:
 
 
 def _error(one: Mapping[str, Any]) -> str:
-    text = f"{1e6 * one['heldout_rmse_rad']:.3g}" + ("" if one["converged"] else "\\*")
+    text = _micro(one["heldout_rmse_rad"]) + ("" if one["converged"] else "\\*")
     return f"**{text}**" if one["level"] else text
+
+
+def _micro(value: float) -> str:
+    """A value in rad as µrad, to three digits."""
+    micro = float(f"{1e6 * value:.3g}")
+    return f"{micro:,.0f}".replace(",", " ") if micro >= 100 else f"{micro:.3g}"
 
 
 def _stiffness(value: float | None) -> str:
@@ -65,14 +71,14 @@ def _record(name: str, entry: Mapping[str, Any]) -> str:
         "stiffness |",
         "|---|---:|---:|---:|---:|---:|---:|---:|",
     ]
-    for one in entry["models"]:
-        lines.append(
-            f"| {one['words']}{'' if one['converged'] else ' (not converged)'} | "
-            f"{1e6 * one['rmse_rad']:.3g} | {1e6 * one['heldout_rmse_rad']:.3g} | "
-            f"{one['elpd_difference']:.0f} ± {one['elpd_difference_se']:.0f} | "
-            f"{one['heldout_elpd_difference']:.0f} ± {one['heldout_elpd_difference_se']:.0f} | "
-            f"{one['stacking_weight']:.2f} | {abs(one['width_arcmin']):.2f} | "
-            f"{_stiffness(one['stiffness_Nm_per_rad'])} |"
-        )
+    lines += [
+        f"| {one['words']}{'' if one['converged'] else ' (not converged)'} | "
+        f"{_micro(one['rmse_rad'])} | {_micro(one['heldout_rmse_rad'])} | "
+        f"{one['elpd_difference']:.0f} ± {one['elpd_difference_se']:.0f} | "
+        f"{one['heldout_elpd_difference']:.0f} ± {one['heldout_elpd_difference_se']:.0f} | "
+        f"{one['stacking_weight']:.2f} | {abs(one['width_arcmin']):.2f} | "
+        f"{_stiffness(one['stiffness_Nm_per_rad'])} |"
+        for one in entry["models"]
+    ]
     lines += [f"\nNot defined: {model}: {why}." for model, why in entry["left_out"].items()]
     return "\n".join(lines)
