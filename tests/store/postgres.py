@@ -71,7 +71,7 @@ def running(binaries: Path) -> Iterator[str]:
         _wait(port, server)
         yield f"postgresql://tester@127.0.0.1:{port}/postgres"
     finally:
-        server.send_signal(signal.SIGINT)  # without waiting for those who are connected
+        server.send_signal(signal.SIGQUIT)  # at once: nothing of it is kept
         try:
             server.wait(20)
         except subprocess.TimeoutExpired:
