@@ -42,6 +42,15 @@ def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
 
 
 @pytest.fixture
+def sqlite_store(tmp_path: Path) -> Iterator[Store]:
+    """Open a store in SQLite, for what takes long and depends on the service alone."""
+    opened = Store(tmp_path / "data")
+    opened.prepare()
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
 def store(database_url: str, tmp_path: Path) -> Iterator[Store]:
     """Open a store in it."""
     opened = Store(tmp_path / "data", database_url)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
+from hdprog.data.drive_folder import read_drive_folder
 from hdprog.errors import BadInputError
 from hdprog.service.queue import Queue
 from hdprog.service.readout import read_record
@@ -27,8 +29,14 @@ def take_in_folder(store: Store, queue: Queue, folder: Path) -> tuple[str, int]:
     BadInputError
         for anything in the folder that cannot be used; nothing was taken in then
     """
+    read = read_drive_folder(folder)
+    content = tomllib.loads((folder / "drive.toml").read_text("utf-8-sig"))
+    # Reading takes its time; the store is held for writing only afterwards.
+    looked = {test.path: _look(test.path, content) for test in read.tests}
     with store.writing() as session:
-        drive, tests = import_drive(session, store.files, COMMAND_LINE, folder, _look)
+        drive, tests = import_drive(
+            session, store.files, COMMAND_LINE, folder, lambda path, _content: looked[path]
+        )
         queue.enqueue(session, jobs.add_job(session, COMMAND_LINE, drive, tests[-1]))
         return drive.name, len(tests)
 

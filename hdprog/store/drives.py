@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import func, or_, select
+from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from hdprog.config import Drive, drive_from_mapping
@@ -15,6 +16,7 @@ from hdprog.errors import BadInputError
 from hdprog.store.audit import Actor, note
 from hdprog.store.tables import DriveRow, LimitRow
 
+_TAKEN = "new"
 _NAME = re.compile(r"[\w+\-][\w+\-. ]{0,98}[\w+\-]|[\w+\-]")
 
 
@@ -33,6 +35,13 @@ def declare(content: Mapping[str, Any]) -> Drive:
             f"id = {drive.id!r}",
             "drive settings, [drive]",
             "1 to 100 letters, digits, spaces inside, or any of _ - + .",
+            "Rename the drive, such as cell3-axis2.",
+        )
+    if drive.id.lower() == _TAKEN:
+        raise BadInputError(
+            f"id = {drive.id!r}",
+            "drive settings, [drive]",
+            "another word: the page that makes drives has this one in its address",
             "Rename the drive, such as cell3-axis2.",
         )
     if drive.prior is not None and (drive.prior.endswith(".toml") or "/" in drive.prior):
@@ -63,16 +72,14 @@ def add_drive(session: Session, actor: Actor, content: Mapping[str, Any]) -> Dri
     """
     drive = declare(content)
     if find_drive(session, drive.id) is not None:
-        raise DriveExistsError(
-            f"a drive {drive.id!r} already",
-            "drive settings, [drive] id",
-            "an id that is free",
-            "Choose another id, or upload the tests to the drive that is there.",
-        )
+        raise _taken(drive.id)
     row = DriveRow(name=drive.id, settings={}, created_by=actor.name)
     _declare(row, drive, content)
     session.add(row)
-    session.flush()
+    try:
+        session.flush()
+    except IntegrityError as error:  # somebody else made it at the same moment
+        raise _taken(drive.id) from error
     note(session, actor, "drive made", drive.id, content=content_of(row))
     return row
 
@@ -98,13 +105,30 @@ def change_drive(session: Session, actor: Actor, row: DriveRow, content: Mapping
     note(session, actor, "drive changed", row.name, before=before, after=content_of(row))
 
 
-def find_drive(session: Session, name: str) -> DriveRow | None:
-    """Find a drive by its id."""
-    return session.scalar(select(DriveRow).where(DriveRow.name == name))
+def find_drive(session: Session, name: str, *, alone: bool = False) -> DriveRow | None:
+    """Find a drive by its id.
+
+    Parameters
+    ----------
+    session : for looking up, or of a change
+    name : the id
+    alone : others who change the drive wait until this change is done
+    """
+    asked = select(DriveRow).where(DriveRow.name == name)
+    return session.scalar(asked.with_for_update() if alone else asked)
 
 
 class DriveExistsError(BadInputError):
     """The id of a new drive is taken."""
+
+
+def _taken(name: str) -> DriveExistsError:
+    return DriveExistsError(
+        f"a drive {name!r} already",
+        "drive settings, [drive] id",
+        "an id that is free",
+        "Choose another id, or upload the tests to the drive that is there.",
+    )
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
@@ -127,7 +128,9 @@ def add_test(
     session.add(test)
     session.flush()
     test.label = _free_label(session, drive, test.id) if facts.label is None else facts.label
-    test.uid = test.label if _free_uid(session, test.label) else f"{drive.id}-t{test.id:05d}"
+    test.uid = (
+        test.label if _free_uid(session, test.label) else f"t{test.id:04d}-{secrets.token_hex(4)}"
+    )
     _state(test, facts)
     action = "test accepted" if accepted else "record uploaded"
     note(session, actor, action, f"{drive.name} / {test.label}", file=file_name, sha256=sha256)

@@ -14,7 +14,7 @@ from starlette.responses import HTMLResponse, Response
 
 from hdprog import __version__
 from hdprog.reporting.forecast_words import inspect_words, interval_words, middle_words
-from hdprog.reporting.rounding import hours, percent, plain, significant
+from hdprog.reporting.rounding import hours, interval, percent, plain, significant
 from hdprog.reporting.sparkline import sparkline
 from hdprog.reporting.words import counted, quantity, tidy, with_unit
 from hdprog.web.security.identity import Identity, csrf_token, leave_visit
@@ -23,7 +23,7 @@ from hdprog.web.service import service_of
 _SAID = {
     "made": "The drive is made. Upload its first test below.",
     "saved": "Saved.",
-    "accepted": "Accepted. The results below are brought up to date by the job that is under way.",
+    "accepted": "Accepted. The job that is under way brings the results up to date.",
     "discarded": "Discarded. It does not count.",
     "cancelled": "The job is called off.",
     "again": "The job waits for its turn again.",
@@ -100,6 +100,7 @@ def environment() -> jinja2.Environment:
         quantity=quantity,
         with_unit=with_unit,
         counted=counted,
+        interval=interval,
     )
     return made
 

@@ -24,6 +24,7 @@ from hdprog.store.files import free_bytes
 from hdprog.store.store import Store
 from hdprog.store.tables import DriveRow, JobRow, SettingRow, TestRow, TokenRow
 from hdprog.store.tables.base import now
+from hdprog.store.tidy import tidy_up
 from hdprog.store.uploads import TestFacts, add_test, list_tests, readable_name, refresh_counts
 
 _SECRET = "form secret"
@@ -68,6 +69,7 @@ class Service:
         """Bring the tables up to date and start the readers."""
         self.store.prepare()
         self.queue.prepare()
+        tidy_up(self.store)
         # What streams in is put down beside where it is kept, not in a /tmp that may be memory.
         tempfile.tempdir = str(self.store.files.incoming)
         with self.store.writing() as session:
@@ -118,7 +120,7 @@ class Service:
         finally:
             incoming.unlink(missing_ok=True)
         with self.store.writing() as session:
-            row = find_drive(session, drive_name)
+            row = find_drive(session, drive_name, alone=True)
             if row is None:
                 raise LookupError(drive_name)
             doubted = self._doubt(session, row, content, found)

@@ -33,6 +33,14 @@ def queue(store: Store) -> Iterator[Queue]:
     made.close()
 
 
+@pytest.fixture
+def sqlite_queue(sqlite_store: Store) -> Iterator[Queue]:
+    made = Queue(sqlite_store.database.url)
+    made.prepare()
+    yield made
+    made.close()
+
+
 class Worker:
     """A worker process, with the stand-in for the fits."""
 
@@ -147,8 +155,9 @@ def test_a_killed_workers_job_is_taken_up_again(
 
 
 def test_a_living_worker_takes_over_from_a_dead_one(
-    store: Store, queue: Queue, workers: list[Worker]
+    sqlite_store: Store, sqlite_queue: Queue, workers: list[Worker]
 ) -> None:
+    store, queue = sqlite_store, sqlite_queue
     number = ask(store, queue, "a", b"1", 5.0)
     workers.append(Worker(store, 60.0))
     wait_for(lambda: job(store, number).state == "running")
@@ -159,8 +168,9 @@ def test_a_living_worker_takes_over_from_a_dead_one(
 
 
 def test_a_stopped_worker_gives_its_job_back(
-    store: Store, queue: Queue, workers: list[Worker]
+    sqlite_store: Store, sqlite_queue: Queue, workers: list[Worker]
 ) -> None:
+    store, queue = sqlite_store, sqlite_queue
     number = ask(store, queue, "a", b"1", 5.0)
     workers.append(Worker(store, 60.0))
     wait_for(lambda: job(store, number).state == "running")
@@ -170,8 +180,9 @@ def test_a_stopped_worker_gives_its_job_back(
 
 
 def test_cancelling_ends_the_work_and_retrying_does_it(
-    store: Store, queue: Queue, workers: list[Worker]
+    sqlite_store: Store, sqlite_queue: Queue, workers: list[Worker]
 ) -> None:
+    store, queue = sqlite_store, sqlite_queue
     number = ask(store, queue, "a", b"1", 5.0)
     workers.append(Worker(store, 3.0))
     wait_for(lambda: job(store, number).state == "running")
@@ -190,8 +201,9 @@ def test_cancelling_ends_the_work_and_retrying_does_it(
     ("name", "words"), [("fails", "found a drive that fails"), ("dies", "ended with code 9")]
 )
 def test_what_goes_wrong_is_said(
-    store: Store, queue: Queue, workers: list[Worker], name: str, words: str
+    sqlite_store: Store, sqlite_queue: Queue, workers: list[Worker], name: str, words: str
 ) -> None:
+    store, queue = sqlite_store, sqlite_queue
     number = ask(store, queue, name, b"1", 5.0)
     fine = ask(store, queue, "fine", b"2", 5.0)
     workers.append(Worker(store))

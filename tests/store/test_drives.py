@@ -38,7 +38,22 @@ def test_an_id_is_taken_once(store: Store) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["../up", "a/b", "a\\b", "<script>", "", " ", ".", "..", "a\nb", "x" * 101, "con:"]
+    "name",
+    [
+        "../up",
+        "a/b",
+        "a\\b",
+        "<script>",
+        "",
+        " ",
+        ".",
+        "..",
+        "a\nb",
+        "x" * 101,
+        "con:",
+        "new",
+        "New",
+    ],
 )
 def test_ids_that_are_no_names(store: Store, name: str) -> None:
     with store.writing() as session, pytest.raises(BadInputError):

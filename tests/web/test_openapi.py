@@ -52,7 +52,7 @@ def test_any_request(served: tuple[TestClient, str]) -> None:
         operation = found.ok()
 
         @settings(
-            max_examples=25,
+            max_examples=12,
             deadline=None,
             derandomize=True,
             database=None,

@@ -1,0 +1,58 @@
+"""A drive in a list of many: worst first, one sentence each."""
+
+from __future__ import annotations
+
+import pytest
+
+from hdprog.reporting.fleet_words import fleet_entry
+from hdprog.reporting.summary import summary_json
+from hdprog.results import DriveResult
+from tests.reporting import drives
+
+
+def in_all_situations() -> list[DriveResult]:
+    return [
+        drives.healthy(),
+        drives.single_fit(drives.LOST_MOTION),
+        drives.wearing(drives.LOST_MOTION, drives.SECANT, count=4),
+        drives.past_limit(),
+    ]
+
+
+def test_worst_first() -> None:
+    entries = [fleet_entry(summary_json(result)) for result in in_all_situations()]
+    ordered = sorted(entries, key=lambda entry: entry.order)
+    assert ordered[0].status == "act"
+    ranks = {"act": 0, "plan": 1, "present": 2, "good": 3}
+    assert [ranks[e.status] for e in ordered] == sorted(ranks[e.status] for e in ordered)
+
+
+@pytest.mark.parametrize("result", in_all_situations(), ids=lambda result: result.drive.id)
+def test_one_sentence_that_stands_alone(result: DriveResult) -> None:
+    entry = fleet_entry(summary_json(result))
+    assert entry.sentence.endswith(".")
+    assert entry.sentence[0].isupper()
+    assert "\n" not in entry.sentence
+
+
+def test_what_did_not_converge_says_so_beside_the_sentence() -> None:
+    entry = fleet_entry(summary_json(drives.not_converged()))
+    assert entry.provisional
+    assert "provisional" in entry.label
+    assert not entry.sentence.startswith("Not converged")
+
+
+def test_the_course_is_of_the_leading_figure() -> None:
+    summary = summary_json(drives.wearing(drives.LOST_MOTION, count=4))
+    course = fleet_entry(summary).course
+    assert course is not None
+    assert course.limit == 2.0
+    assert (course.name, course.unit) == ("lost motion", "arcmin")
+    medians = [test["figures"]["lost_motion_arcmin"]["q50"] for test in summary["tests"]]
+    assert [value for _, value in course.points] == medians
+
+
+def test_without_a_limit_there_is_no_course() -> None:
+    entry = fleet_entry(summary_json(drives.single_fit()))
+    assert entry.course is None
+    assert entry.remaining_hours == {}

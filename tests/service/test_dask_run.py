@@ -1,0 +1,57 @@
+"""A drive handed to a Dask cluster comes back as if it had been run here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from hdprog.errors import BadInputError, UsageError
+from hdprog.service import dask_run
+from hdprog.service.drive_run import Order, Say
+
+
+def stand_in(order: Order, say: Say) -> None:
+    """Say what was in the folder, in the place of a fit."""
+    if (order.folder / "wrong").exists():
+        raise BadInputError("a wrong file", "folder", "none", "Remove it.")
+    order.out.mkdir()
+    found = sorted(path.relative_to(order.folder).as_posix() for path in order.folder.rglob("*"))
+    (order.out / "summary.json").write_text(" ".join(found))
+    (order.out / "tests").mkdir()
+    (order.out / "tests" / "t01.html").write_text("report")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    made = tmp_path / "drive"
+    (made / "loops").mkdir(parents=True)
+    (made / "drive.toml").write_text("[drive]")
+    (made / "loops" / "t01.csv").write_text("1,2")
+    return made
+
+
+def test_out_and_back(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from distributed import LocalCluster
+
+    monkeypatch.setattr(dask_run, "run_here", stand_in)
+    said: list[str] = []
+    with LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster:
+        order = Order(folder, tmp_path / "out", True, 1, "tests")
+        dask_run.run_on_dask(cluster.scheduler_address, order, lambda stage, _: said.append(stage))
+        assert (order.out / "summary.json").read_text() == "drive.toml loops loops/t01.csv"
+        assert (order.out / "tests" / "t01.html").read_text() == "report"
+        assert said[0] == "handed to the Dask cluster"
+        (folder / "wrong").touch()
+        wrong = Order(folder, tmp_path / "none", True, 1, "tests")
+        with pytest.raises(BadInputError, match="a wrong file"):
+            dask_run.run_on_dask(cluster.scheduler_address, wrong, lambda _stage, _done: None)
+        assert not wrong.out.exists()
+
+
+def test_a_scheduler_that_does_not_answer(folder: Path, tmp_path: Path) -> None:
+    order = Order(folder, tmp_path / "out", True, 1, "tests")
+    with pytest.raises(UsageError, match="found no scheduler"):
+        dask_run.run_on_dask("nonsense://x", order, lambda _stage, _done: None)
