@@ -21,14 +21,15 @@ from hdprog.physics.parameters import FloatArray
 from hdprog.trend.observation import Observations
 from hdprog.trend.state_space import Steps
 
-_RUNNING_IN, _RATE = -2, -1
+RUNNING_IN, RATE = -2, -1
+"""Where what is carried along holds the extent of running-in and the rate's departure."""
 
 
 def _carries(steps: Steps, time: int) -> FloatArray:
     """How x moves by what it carries, (draws, n, n + 2): loadings times wear, the rest along m."""
     moves = steps.wear[:, time, None, None] * np.eye(steps.size, steps.size + 2)
-    moves[..., _RUNNING_IN] = steps.settled[:, time, None] * steps.direction
-    moves[..., _RATE] = steps.passed[:, time, None] * steps.direction
+    moves[..., RUNNING_IN] = steps.settled[:, time, None] * steps.direction
+    moves[..., RATE] = steps.passed[:, time, None] * steps.direction
     return moves
 
 
@@ -82,9 +83,9 @@ class _Predicted:
         self.xx += shared[:, None, None] * direction
         self.xx += steps.own[:, time, :, None] * np.eye(steps.size)
         self.xc = self.xc + carried
-        self.xc[..., _RATE] += (departure * passed / 2)[:, None] * steps.direction
+        self.xc[..., RATE] += (departure * passed / 2)[:, None] * steps.direction
         self.cc = self.cc.copy()
-        self.cc[..., _RATE, _RATE] += departure
+        self.cc[..., RATE, RATE] += departure
 
 
 @dataclass(frozen=True)
@@ -196,7 +197,6 @@ def simulate(
     rng: np.random.Generator,
     start: tuple[FloatArray, FloatArray] | None = None,
     first: int = 0,
-    heals: bool = True,
 ) -> tuple[FloatArray, FloatArray]:
     """Draw states from the model without any loop.
 
@@ -207,7 +207,6 @@ def simulate(
     start : state (draws, n) and carried (draws, n + 2) just before `first`; drawn where a drive
         begins
     first : first time to draw
-    heals : whether the rate may run below zero, as it may in the linear model
 
     Returns
     -------
@@ -226,14 +225,12 @@ def simulate(
         wear, passed = steps.wear[:, time], steps.passed[:, time]
         common, turn, lead = rng.standard_normal((3, draws))
         departure = np.sqrt(steps.departure[:, time])
-        gained = passed * (c[:, _RATE] + departure * (turn / 2 + lead / np.sqrt(12)))
-        if not heals:
-            gained = np.maximum(gained, -wear)
+        gained = passed * (c[:, RATE] + departure * (turn / 2 + lead / np.sqrt(12)))
         gained = gained + np.sqrt(steps.shared[:, time]) * common
-        gained = gained + steps.settled[:, time] * c[:, _RUNNING_IN]
+        gained = gained + steps.settled[:, time] * c[:, RUNNING_IN]
         own = np.sqrt(steps.own[:, time]) * rng.standard_normal((draws, count))
         x = x + wear[:, None] * c[:, :count] + gained[:, None] * steps.direction + own
-        c = np.column_stack([c[:, :_RATE], c[:, _RATE] + departure * turn])
+        c = np.column_stack([c[:, :RATE], c[:, RATE] + departure * turn])
         states[:, time - first] = x
     return states, c
 

@@ -14,6 +14,7 @@ from hdprog.inference.priors import Prior
 from hdprog.physics.figures import Operation
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.results import TrendSummary
+from hdprog.trend.ahead import simulate_ahead
 from hdprog.trend.bend import Bend
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.followed_effects import FollowedEffects
@@ -22,7 +23,7 @@ from hdprog.trend.hyperparameters import (
 )
 from hdprog.trend.observation import Observations
 from hdprog.trend.relinearise import JointMode
-from hdprog.trend.smoother import draw, simulate
+from hdprog.trend.smoother import draw
 from hdprog.trend.state_space import HYPERPARAMETERS, LOAD_SHARE, Hyperparameters, Steps, Timeline
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import StatePrior, to_loop
@@ -135,7 +136,8 @@ class Trend:
         states = states + self._put_back(states, values.scatter, which[:behind], rng)
         states = np.clip(states, centre - farthest, centre + farthest)
         now = states[:, -1]
-        ahead, _ = simulate(steps, rng, (now, carried), behind, heals=False)
+        growth = self.wear_prior.rate_volatility.ahead
+        ahead = simulate_ahead(steps, rng, (now, carried), behind, growth)
         ahead = np.clip(ahead, centre - farthest, centre + farthest)
         ahead[..., _B] = self._level_off(now[:, _B], ahead[..., _B], rng)
         return Paths(

@@ -36,6 +36,12 @@ class LogNormal(_Strict):
         return np.asarray(self.median * np.exp(self.log_sd * deviate))
 
 
+class RateVolatility(LogNormal):
+    """How much the rate of wear changes; ahead of the last test `ahead` times as much."""
+
+    ahead: float = Field(gt=0)
+
+
 class Share(_Strict):
     """A belief in a share between 0 and 1: a Gaussian through its distribution function."""
 
@@ -103,7 +109,7 @@ class WearPrior(_Strict):
     running_in: Loading
     running_in_length: LogNormal
     volatility: LogNormal
-    rate_volatility: LogNormal
+    rate_volatility: RateVolatility
     own_volatility: LogNormal
     remounting_scatter: LogNormal
     load_share: Share
