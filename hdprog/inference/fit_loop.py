@@ -35,6 +35,7 @@ from hdprog.physics.parameters import FloatArray
 Progress = Callable[[str, int, int], None]
 _SLOW = 12.0  # autocorrelation time in steps above which the proposal is fitted anew
 _HELPED = 0.8  # of the time before, which a proposal fitted anew must reach to be fitted again
+_MORE_SEEN = 4  # or chains so many times as long as those that it was fitted to
 _MIXTURE_DRAWS = 6000
 
 
@@ -260,18 +261,19 @@ def sample_until_converged(
         mixture = fit_mixture(_some(chains[:, steps // 2 :]), plan.components[number], rng)
     warm_up = steps_done
     ridge, accepted, states = advance(plan.first_steps, mixture)
-    refits, slowest = 0, math.inf
+    refits, slowest, fitted_to = 0, math.inf, plan.first_steps
     while True:
         tau = float(autocorrelation_time(ridge).max())
-        if tau > _SLOW and refits < plan.refits and tau < _HELPED * slowest:
+        total = ridge.shape[1]
+        worth_it = tau < _HELPED * slowest or total >= _MORE_SEEN * fitted_to
+        if tau > _SLOW and refits < plan.refits and worth_it:
             # The proposal misses part of the posterior: what was seen so far becomes warm-up.
-            slowest = tau
+            slowest, fitted_to = tau, total
             mixture = fit_mixture(_some(ridge), plan.components[-1] + 4 * refits + 2, rng)
             warm_up, refits = steps_done, refits + 1
             ridge, accepted, states = advance(plan.first_steps * refits, mixture)
             continue
         wanted = max(plan.first_steps, math.ceil(LENGTHS * tau))
-        total = ridge.shape[1]
         if progress is not None:
             progress("sampling", min(total, wanted), wanted)
         if total >= wanted or steps_done >= plan.most_steps:
@@ -281,7 +283,9 @@ def sample_until_converged(
             if converged or steps_done >= plan.most_steps:
                 break
             wanted = int(1.5 * total)
-        more, _, states = advance(min(wanted - total, plan.most_steps - steps_done), mixture)
+        # Twice as long at most before the next look: where sampling is slow, more is learnt soon.
+        further = min(wanted - total, total) if refits < plan.refits else wanted - total
+        more, _, states = advance(min(further, plan.most_steps - steps_done), mixture)
         ridge = np.concatenate([ridge, more], axis=1)
     sampling = {
         "effective_blocks": posterior.likelihood.degrees + 1.0,

@@ -9,13 +9,16 @@ import numpy as np
 
 from hdprog.inference.likelihood import COUNT, LOGIT_SD, LoopLikelihood
 from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
-from hdprog.physics.parameters import FloatArray
+from hdprog.physics.parameters import NAMES, FloatArray
 
 _SCREENED = 384
 _SETTLED = 1e-3  # of the deviance: what is left to gain counts for nothing
 _DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-2, 1e-3, 1e8
 _LADDER = np.array([1 / 8, 1.0, 8.0, 64.0])  # dampings tried at once, in parts of the last best
 _STEP = 1e-6
+_T_T, _T_I, _MU = (NAMES.index(name) for name in ("T_T", "T_i", "mu"))
+_PRELOAD_AT = (0.15, 0.4, 0.8, 1.3, 2.5)  # of the largest torque
+_TEETH_MET_AT = (0.03, 0.3, 0.7, 1.0)
 _SCOUTING, _HOPELESS = 8, 40.0  # iterations after which a start so far behind in deviance is left
 
 
@@ -43,7 +46,9 @@ def starting_points(
     starts: int = 5,
     known: Sequence[FloatArray] = (),
 ) -> list[StartingPoint]:
-    """Modes of the posterior, best first, found from the best of many draws of the prior.
+    """Modes of the posterior, best first.
+
+    They are sought from the best of many draws of the prior, and from about the best mode found.
 
     Parameters
     ----------
@@ -64,13 +69,44 @@ def starting_points(
     ranked = np.argsort(-likelihood.log_likelihood(drawn))
     # The best few tend to be neighbours: the other starts come from further down the list.
     chosen = ranked[np.unique(np.geomspace(1, ranked.size / 4, starts).astype(int) - 1)]
-    found: list[StartingPoint] = []
-    for candidate in descend_all(likelihood, [*known, *drawn[chosen]]):
-        if all(np.abs(candidate.deviance - other.deviance) > 0.1 for other in found):
-            found.append(candidate)
+    found = _different(descend_all(likelihood, [*known, *drawn[chosen]]))
     if not found:
         found.append(describe(likelihood, likelihood.prior_mean))
+    if likelihood.ridge:
+        best = min(found, key=lambda start: start.deviance)
+        elsewhere = _elsewhere(likelihood, best.point)
+        found = _different([*found, *descend_all(likelihood, elsewhere)] if elsewhere else found)
     return sorted(found, key=lambda start: start.deviance)
+
+
+def _different(candidates: Sequence[StartingPoint]) -> list[StartingPoint]:
+    """Modes without those that were found before."""
+    found: list[StartingPoint] = []
+    for candidate in candidates:
+        if all(np.abs(candidate.deviance - other.deviance) > 0.1 for other in found):
+            found.append(candidate)
+    return found
+
+
+def _elsewhere(likelihood: LoopLikelihood, point: FloatArray) -> list[FloatArray]:
+    """Points (size,) where a mode (size,) would have its twins, inside the hard support.
+
+    Loops part into modes by where the kinks lie: the torques at which the preload is lifted and at
+    which all teeth have met. Friction at no load, the product of mu and T_i, stays as it is.
+    """
+    largest = float(np.abs(likelihood.reduced.path.torque).max())
+    around = []
+    for share in _PRELOAD_AT:
+        moved = point.copy()
+        moved[_T_I] = np.log(share * largest)
+        moved[_MU] -= moved[_T_I] - point[_T_I]
+        around.append(moved)
+    for share in _TEETH_MET_AT:
+        moved = point.copy()
+        moved[_T_T] = np.log(np.expm1(share * largest / likelihood.prior.softplus_scale))
+        around.append(moved)
+    inside = likelihood.supported(np.array(around))
+    return [moved for moved, kept in zip(around, inside, strict=True) if kept]
 
 
 def descend(
