@@ -47,6 +47,8 @@ class SamplingPlan:
     ----------
     required_ess : bulk and tail effective draws of every parameter
     warm_up_steps : lengths of the warm-up's parts; behind each the proposal is fitted anew
+    temperatures : of the likelihood in each of them, the last for the last: walkers begin wide, so
+        that shelves and modes beside the main one are seen and proposed
     components : Gaussians of the proposal behind each part
     first_steps : steps before the first look
     most_steps : bound, warm-up included; past it the posterior is marked as not converged
@@ -56,6 +58,7 @@ class SamplingPlan:
 
     required_ess: float = 1000.0
     warm_up_steps: tuple[int, ...] = (150, 50, 60)
+    temperatures: tuple[float, ...] = (4.0, 2.0, 1.0)
     components: tuple[int, ...] = (3, 6, 8)
     first_steps: int = 200
     most_steps: int = 10_000
@@ -243,22 +246,27 @@ def sample_until_converged(
     steps_done = 0
 
     def advance(
-        steps: int, mixture: GaussianMixture | None
+        steps: int, mixture: GaussianMixture | None, temperature: float = 1.0
     ) -> tuple[FloatArray, float, list[EnsembleState]]:
         nonlocal steps_done
-        many = len(states)
+        many, density = len(states), replace(posterior, temperature=temperature)
         results = list(
-            spread(sample_ensembles, [posterior] * many, states, [steps] * many, [mixture] * many)
+            spread(sample_ensembles, [density] * many, states, [steps] * many, [mixture] * many)
         )
         steps_done += steps
         chains = np.concatenate([chains for chains, _, _ in results])
         accepted = float(np.mean([share for _, share, _ in results]))
         return chains, accepted, [state for _, _, state in results]
 
-    mixture = None
-    for number, steps in enumerate(plan.warm_up_steps):
-        chains, _, states = advance(steps, mixture)
-        mixture = fit_mixture(_some(chains[:, steps // 2 :]), plan.components[number], rng)
+    mixture: GaussianMixture | None = None
+    late: list[FloatArray] = []
+    cooling = plan.temperatures[-len(plan.warm_up_steps) :]
+    parts = zip(plan.warm_up_steps, cooling, plan.components, strict=False)
+    for steps, temperature, components in parts:
+        chains, _, states = advance(steps, mixture, temperature)
+        # The part before was wider: the proposal keeps what it saw.
+        late = [*late[-1:], _some(chains[:, steps // 2 :])]
+        mixture = fit_mixture(np.concatenate(late), components, rng)
     warm_up = steps_done
     ridge, accepted, states = advance(plan.first_steps, mixture)
     refits, slowest, fitted_to = 0, math.inf, plan.first_steps

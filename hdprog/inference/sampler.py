@@ -33,9 +33,15 @@ class RidgePosterior:
     The fraction, not its logit: where the record says nothing of it, walkers would stay out of the
     logit's long tails for as long as they run. A class, not a closure, so that it can travel to
     another process.
+
+    Attributes
+    ----------
+    likelihood : of the loop
+    temperature : of the likelihood; above one the walkers see what lies beside the main mode
     """
 
     likelihood: LoopLikelihood
+    temperature: float = 1.0
 
     def points(self, position: FloatArray) -> FloatArray:
         """Points of the likelihood, (draws, size), of positions (draws, size)."""
@@ -46,7 +52,7 @@ class RidgePosterior:
         points, log_jacobian = self._points(position)
         with np.errstate(all="ignore"):
             density = log_jacobian + self.likelihood.log_prior(points)
-            density += self.likelihood.log_likelihood(points)
+            density += self.likelihood.log_likelihood(points) / self.temperature
             inside = np.isfinite(density) & self.likelihood.supported(points)
         return np.where(inside, density, -np.inf)
 
