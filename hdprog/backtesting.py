@@ -6,14 +6,11 @@ import json
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hdprog import __version__
 from hdprog.atomic import atomic_directory
 from hdprog.data.drive_folder import DriveFolder, read_drive_folder, read_test_loop
 from hdprog.data.loop import Loop
@@ -129,15 +126,7 @@ def backtest(
         heading = "" if len(read) == 1 else f"{one.name}: "
         drives.append(_backtest(one, [seed, number], quick, workers, _named(progress, heading)))
     seconds["fits and forecasts"] = time.perf_counter() - started - seconds["reading"]
-    provenance = Provenance(
-        hdprog_version=__version__,
-        seed=seed,
-        quick=quick,
-        command="Python API",
-        created=datetime.now(UTC).isoformat(timespec="seconds"),
-        versions={name: version(name) for name in _PACKAGES},
-        files={loop.source: loop.sha256 for one in read for loop in one.loops},
-    )
+    provenance = Provenance.of((loop for one in read for loop in one.loops), seed, quick, _PACKAGES)
     return Backtest(
         BacktestResult(path.resolve().name, tuple(drives), tuple(left_out), provenance, seconds)
     )

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hdprog import __version__
-from hdprog.atomic import atomic_directory
 from hdprog.comparison.curves import SteadyCycle
 from hdprog.comparison.fitted import fit_model
 from hdprog.comparison.ranking import ranked
@@ -23,12 +18,12 @@ from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.inference.fit_loop import FULL, QUICK
 from hdprog.inference.prepare import prepare
+from hdprog.outcome import write_beside_report
 from hdprog.parallel import hold_blas_to_one_thread, process_executor
 from hdprog.physics.other_models import MODELS
 from hdprog.results import Provenance
 
 Progress = Callable[[str, int, int], None]
-_PACKAGES = ("numpy", "scipy", "emcee", "arviz")
 # Longest first, so that no process waits for one that began last.
 _LONGEST = ("preisach", DRIVE, "tuttle", "dhaouadi", "seyfferth", "maxwell_slip")
 
@@ -73,11 +68,9 @@ class ComparisonOutcome:
 
         provenance = replace(self.result.provenance, command=command)
         stamped = ComparisonOutcome(replace(self.result, provenance=provenance))
-        with atomic_directory(Path(out)) as folder:
-            text = json.dumps(stamped.document(), indent=1, allow_nan=False, ensure_ascii=False)
-            (folder / "compare.json").write_text(text + "\n", "utf-8")
-            page = build_comparison_report(stamped.result)
-            (folder / "report.html").write_text(page, "utf-8")
+        write_beside_report(
+            Path(out), "compare.json", stamped.document(), build_comparison_report(stamped.result)
+        )
 
 
 def compare(
@@ -151,15 +144,7 @@ def compare(
         models=models,
         left_out=tuple(left_out),
         warnings=(*_not_converged(models), *prepared.warnings),
-        provenance=Provenance(
-            hdprog_version=__version__,
-            seed=recorded,
-            quick=quick,
-            command="Python API",
-            created=datetime.now(UTC).isoformat(timespec="seconds"),
-            versions={name: version(name) for name in _PACKAGES},
-            files={loop.source: loop.sha256},
-        ),
+        provenance=Provenance.of([loop], recorded, quick),
         seconds={"compare": time.perf_counter() - started},
     )
     return ComparisonOutcome(result)

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, as_completed
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,7 @@ from hdprog.atomic import atomic_directory, atomic_write_text
 from hdprog.cluster import dask_client
 from hdprog.data.drive_folder import read_drive_folder
 from hdprog.errors import BadInputError, HdprogError
-from hdprog.packed import packed, unpack
+from hdprog.packed import packed, unpack, unpacked
 from hdprog.parallel import process_executor
 
 Progress = Callable[[str, int, int], None]
@@ -136,13 +135,7 @@ def run_fleet(
                 progress("drives", done, len(orders))
     refused = {one.name for one in left_out}
     listed = [order for order in orders if order.name not in refused]
-    if not listed:
-        raise BadInputError(
-            "no drive that can be used",
-            str(path),
-            "at least one drive folder as `hdprog check` passes it",
-            " ".join(f"{one.name}: {one.reason}" for one in left_out),
-        )
+    _require_any(listed, path, left_out)
     content = _content(path, listed, left_out, seed=seed, quick=quick, command=command)
     from hdprog.reporting.fleet_index import build_fleet_index
 
@@ -183,14 +176,19 @@ def _orders(
             continue
         place = out / "drives" / name
         orders.append(Order(name, folder, place, key, seed, quick, explain))
-    if not orders:
-        raise BadInputError(
-            "no drive that can be used",
-            str(path),
-            "at least one drive folder as `hdprog check` passes it",
-            " ".join(f"{one.name}: {one.reason}" for one in left_out),
-        )
+    _require_any(orders, path, left_out)
     return orders, left_out
+
+
+def _require_any(usable: Sequence[Order], path: Path, left_out: Sequence[LeftOut]) -> None:
+    if usable:
+        return
+    raise BadInputError(
+        "no drive that can be used",
+        str(path),
+        "at least one drive folder as `hdprog check` passes it",
+        " ".join(f"{one.name}: {one.reason}" for one in left_out),
+    )
 
 
 def _key(folder: Path, seed: int, quick: bool, explain: bool) -> str:
@@ -245,11 +243,8 @@ def _spread_packed(
 
 def run_packed(folder: bytes, order: Order, command: str) -> bytes | LeftOut:
     """Run a packed drive folder where the cluster wills; gives the results, packed."""
-    with tempfile.TemporaryDirectory() as place:
-        drive, out = Path(place) / order.folder.name, Path(place) / "out"
-        drive.mkdir()
-        unpack(folder, drive)
-        there = Order(order.name, drive, out, order.key, order.seed, order.quick, order.explain)
+    with unpacked(folder, order.folder.name) as (drive, out):
+        there = replace(order, folder=drive, out=out)
         # Workers of Dask are daemons, which may have no processes of their own.
         return _run_one(there, command, 1) or packed(out)
 

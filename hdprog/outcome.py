@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -19,6 +19,14 @@ from hdprog.results import DriveResult, Forecast, TestResult, TrendSummary
 
 if TYPE_CHECKING:
     from arviz import InferenceData
+
+
+def write_beside_report(out: Path, name: str, document: Mapping[str, Any], report: str) -> None:
+    """Write a JSON document and report.html into a folder, whole or not at all."""
+    with atomic_directory(out) as folder:
+        text = json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False)
+        (folder / name).write_text(text + "\n", "utf-8")
+        (folder / "report.html").write_text(report, "utf-8")
 
 
 @dataclass(frozen=True)

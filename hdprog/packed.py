@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import io
 import tarfile
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -20,3 +23,23 @@ def unpack(content: bytes, folder: Path) -> None:
     """Put an archive's content into a folder."""
     with tarfile.open(fileobj=io.BytesIO(content), mode="r") as tar:
         tar.extractall(folder, filter="data")
+
+
+@contextmanager
+def unpacked(content: bytes, name: str) -> Iterator[tuple[Path, Path]]:
+    """Unpack an archive for as long as the block runs.
+
+    Parameters
+    ----------
+    content : of the archive
+    name : of the folder that it goes into
+
+    Yields
+    ------
+    that folder, and a place beside it for results, which is not there yet
+    """
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / name
+        folder.mkdir()
+        unpack(content, folder)
+        yield folder, Path(place) / "results"

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hdprog import __version__
-from hdprog.atomic import atomic_directory
 from hdprog.inference.fit_loop import FULL, QUICK
+from hdprog.outcome import write_beside_report
 from hdprog.parallel import hold_blas_to_one_thread, process_executor
 from hdprog.physics.figures import ARCMIN_PER_RAD
 from hdprog.reproduction import mesh, records, sensitivity, stiffness
@@ -24,7 +20,6 @@ from hdprog.reproduction.table2 import INITIAL, POST_TEST, steady_loop
 from hdprog.results import Provenance
 
 Progress = Callable[[str, int, int], None]
-_PACKAGES = ("numpy", "scipy", "emcee", "arviz")
 _STRAIGHT = 0.05  # change of slope of a loop's middle that counts as none
 
 
@@ -68,11 +63,12 @@ class ReproductionOutcome:
 
         provenance = replace(self.result.provenance, command=command)
         stamped = ReproductionOutcome(replace(self.result, provenance=provenance))
-        with atomic_directory(Path(out)) as folder:
-            text = json.dumps(stamped.document(), indent=1, allow_nan=False, ensure_ascii=False)
-            (folder / "reproduction.json").write_text(text + "\n", "utf-8")
-            page = build_reproduction_report(stamped.result)
-            (folder / "report.html").write_text(page, "utf-8")
+        write_beside_report(
+            Path(out),
+            "reproduction.json",
+            stamped.document(),
+            build_reproduction_report(stamped.result),
+        )
 
 
 def reproduce_paper(
@@ -124,15 +120,7 @@ def reproduce_paper(
             *records.recovery_findings(tuple(recoveries)),
         ),
         warnings=_warnings(recoveries),
-        provenance=Provenance(
-            hdprog_version=__version__,
-            seed=seed,
-            quick=quick,
-            command="Python API",
-            created=datetime.now(UTC).isoformat(timespec="seconds"),
-            versions={name: version(name) for name in _PACKAGES},
-            files={},
-        ),
+        provenance=Provenance.of([], seed, quick),
         seconds={"reproduction": time.perf_counter() - started},
     )
     return ReproductionOutcome(result)

@@ -5,10 +5,13 @@ They hold numbers only, ready to be written as JSON, drawn or stored.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from importlib.metadata import version
 from typing import Literal
 
+from hdprog import __version__
 from hdprog.config import Drive, Limit
 from hdprog.data.loop import Loop
 from hdprog.explanation import DriveExplanation, Explanation
@@ -332,6 +335,24 @@ class Provenance:
     created: str  # ISO 8601, UTC
     versions: Mapping[str, str]
     files: Mapping[str, str]  # file name → SHA-256
+
+    @staticmethod
+    def of(
+        loops: Iterable[Loop],
+        seed: int | None,
+        quick: bool,
+        packages: Sequence[str] = ("numpy", "scipy", "emcee", "arviz"),
+    ) -> Provenance:
+        """What is made now from these records, with the versions of these packages."""
+        return Provenance(
+            hdprog_version=__version__,
+            seed=seed,
+            quick=quick,
+            command="Python API",
+            created=datetime.now(UTC).isoformat(timespec="seconds"),
+            versions={name: version(name) for name in packages},
+            files={loop.source: loop.sha256 for loop in loops},
+        )
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from hdprog import __version__
 from hdprog.config import Drive
 from hdprog.data.drive_folder import read_drive_folder, read_test_loop
 from hdprog.data.finished_runs import read_finished_runs
@@ -43,7 +40,6 @@ Method = Literal["posterior", "paper"]
 METHODS: tuple[Method, ...] = ("posterior", "paper")
 _PARTS = 2  # of the ensembles of a single record, whatever the cores: the draws depend on it
 _LEAST_LOAD, _MOST_LOAD = 0.1, 3.0  # beyond, the makers' rule says nothing of this drive
-_PACKAGES = ("numpy", "scipy", "emcee", "arviz")
 
 
 def effects_named(ids: Sequence[str]) -> tuple[Effect, ...]:
@@ -126,7 +122,7 @@ def fit(
         trend=None,
         forecasts=(),
         warnings=(),
-        provenance=_provenance(recorded, quick, [loop]),
+        provenance=Provenance.of([loop], recorded, quick),
         seconds={"fit": time.perf_counter() - started},
     )
     return Outcome(result, (posterior,), single=True)
@@ -194,7 +190,7 @@ def explain(
         trend=None,
         forecasts=(),
         warnings=(),
-        provenance=_provenance(recorded, quick, [loop]),
+        provenance=Provenance.of([loop], recorded, quick),
         seconds={"explain": time.perf_counter() - started},
         explanation=closed.explanation,
     )
@@ -307,7 +303,7 @@ def run(
         trend=found.trend,
         forecasts=found.forecasts,
         warnings=(remark,) if remark else (),
-        provenance=_provenance(seed, quick, loops),
+        provenance=Provenance.of(loops, seed, quick),
         seconds=seconds,
         explanation=explanation,
         scenarios=found.scenarios,
@@ -339,18 +335,6 @@ def _remaining(forecasts: tuple[Forecast, ...]) -> dict[float, float | None] | N
 
 def _stem(loop: Loop) -> str:
     return Path(loop.source).name.split(".")[0]
-
-
-def _provenance(seed: int | None, quick: bool, loops: list[Loop]) -> Provenance:
-    return Provenance(
-        hdprog_version=__version__,
-        seed=seed,
-        quick=quick,
-        command="Python API",
-        created=datetime.now(UTC).isoformat(timespec="seconds"),
-        versions={name: version(name) for name in _PACKAGES},
-        files={loop.source: loop.sha256 for loop in loops},
-    )
 
 
 __all__ = ["Outcome", "TestResult", "explain", "fit", "run"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from hdprog.config import Drive
 from hdprog.forecast.backtest import INTERVALS
 from hdprog.forecast.backtest_pool import (
     FEW,
@@ -24,7 +23,6 @@ from hdprog.reporting.sections import provenance
 from hdprog.reporting.sections.section import Section
 from hdprog.reporting.style import house_style
 from hdprog.reporting.words import counted
-from hdprog.results import DriveResult
 
 _DRAWN = 12
 """Drives whose forecasts are drawn one by one, so that the file stays small."""
@@ -55,21 +53,8 @@ def build_backtest_report(result: BacktestResult) -> str:
             warnings=tables.warnings(result),
             sections=sections,
             method=tables.method(result),
-            provenance=provenance.provenance(_made(result)),
+            provenance=provenance.provenance(result.provenance, result.seconds),
         )
-    )
-
-
-def _made(result: BacktestResult) -> DriveResult:
-    """The run alone, as the section on provenance takes it."""
-    return DriveResult(
-        drive=Drive.default(),
-        tests=(),
-        trend=None,
-        forecasts=(),
-        warnings=(),
-        provenance=result.provenance,
-        seconds=result.seconds,
     )
 
 

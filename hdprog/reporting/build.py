@@ -87,7 +87,7 @@ def build_report(result: DriveResult, catalogue: Mapping[str, float] | None = No
             shrinkage=None if trend is None else shrinkage.shrinkage(trend),
             method=method.method(result),
             words=_words(result),
-            provenance=provenance.provenance(result),
+            provenance=provenance.provenance(result.provenance, result.seconds),
         )
     )
 

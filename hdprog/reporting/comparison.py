@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from hdprog.comparison.results import Comparison
-from hdprog.config import Drive
 from hdprog.reporting.build import environment
 from hdprog.reporting.comparison_words import verdict
 from hdprog.reporting.figures.model_loops import model_loops
@@ -14,7 +13,6 @@ from hdprog.reporting.sections import provenance
 from hdprog.reporting.sections.section import Section
 from hdprog.reporting.style import house_style
 from hdprog.reporting.words import counted, torque_words
-from hdprog.results import DriveResult
 
 
 def build_comparison_report(result: Comparison) -> str:
@@ -66,19 +64,6 @@ def build_comparison_report(result: Comparison) -> str:
             warnings=tables.warnings(result),
             sections=sections,
             method=tables.method(result),
-            provenance=provenance.provenance(_made(result)),
+            provenance=provenance.provenance(result.provenance, result.seconds),
         )
-    )
-
-
-def _made(result: Comparison) -> DriveResult:
-    """The run alone, as the section on provenance takes it."""
-    return DriveResult(
-        drive=Drive.default(),
-        tests=(),
-        trend=None,
-        forecasts=(),
-        warnings=(),
-        provenance=result.provenance,
-        seconds=result.seconds,
     )

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from hdprog.reporting.build import environment
-from hdprog.reporting.fleet_words import fleet_entry
+from hdprog.reporting.fleet_words import first_forecast, fleet_entry
 from hdprog.reporting.forecast_words import inspect_words
 from hdprog.reporting.rounding import hours, percent
 from hdprog.reporting.sparkline import sparkline
@@ -32,10 +32,7 @@ def fleet_drive(folder: str, place: str, summary: Mapping[str, Any]) -> dict[str
     summary : content of its summary.json
     """
     entry = fleet_entry(summary)
-    first = next(
-        (one for one in summary["forecast"] if one["quantity"] == "first_limit"),
-        summary["forecast"][0] if summary["forecast"] else None,
-    )
+    first = first_forecast(summary["forecast"])
     return {
         "id": summary["drive"]["id"],
         "folder": folder,

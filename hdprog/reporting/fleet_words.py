@@ -82,7 +82,7 @@ def fleet_entry(summary: Mapping[str, Any]) -> FleetEntry:
     summary : content of a summary.json of `hdprog run` or `hdprog fit`
     """
     verdict, forecasts = summary["verdict"], summary["forecast"]
-    first = _first(forecasts)
+    first = first_forecast(forecasts)
     remaining = {} if first is None else first["remaining_hours"]
     rank, hours = _rank(verdict["status"], first)
     tests = summary["tests"]
@@ -100,7 +100,7 @@ def fleet_entry(summary: Mapping[str, Any]) -> FleetEntry:
     )
 
 
-def _first(forecasts: list[dict[str, Any]]) -> dict[str, Any] | None:
+def first_forecast(forecasts: list[dict[str, Any]]) -> dict[str, Any] | None:
     """Find the forecast of the first of all limits."""
     if not forecasts:
         return None

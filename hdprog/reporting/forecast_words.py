@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
-from hdprog.reporting.rounding import floored, hours, hours_up, without_unit
+from hdprog.reporting.rounding import date_down, floored, hours, hours_up, without_unit
 
 LATER = "past the horizon"
 
@@ -36,5 +37,4 @@ def inspect_words(at: float | None, now: float, levels: Mapping[str, float | Non
     """Say by which service hour to inspect, rounded down, though not to before now."""
     if at is None:
         return LATER
-    wait = max(at - now, 5.0)
-    return hours(max(floored(at, min(spread(levels) or wait, wait)), min(at, now)))
+    return hours(date_down(at, now, spread(levels) or math.inf))

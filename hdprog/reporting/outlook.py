@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hdprog.config import Limit
-from hdprog.reporting.rounding import floored, plain
+from hdprog.reporting.rounding import date_down, plain
 from hdprog.reporting.words import quantity, with_unit
 from hdprog.results import LEVELS, DriveResult, Forecast
 
@@ -148,5 +148,4 @@ def inspection_hours(forecast: Forecast) -> float | None:
 
 def rounded_date(forecast: Forecast, at: float) -> float:
     """Date rounded down by its uncertainty, at most by a small part of the wait for it."""
-    wait = max(at - forecast.now_hours, 5.0)
-    return max(floored(at, min(spread(forecast), wait)), min(at, forecast.now_hours))
+    return date_down(at, forecast.now_hours, spread(forecast))

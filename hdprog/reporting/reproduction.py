@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from hdprog.config import Drive
 from hdprog.reporting.build import environment
 from hdprog.reporting.figures.paper_curves import (
     curves_picture,
@@ -17,7 +16,6 @@ from hdprog.reporting.sections.section import Section
 from hdprog.reporting.style import Picture, house_style
 from hdprog.reporting.words import counted
 from hdprog.reproduction.results import Reproduction
-from hdprog.results import DriveResult
 
 _CAPTION = "The claims and what came out."
 
@@ -69,7 +67,7 @@ def build_reproduction_report(result: Reproduction) -> str:
             warnings=warnings,
             sections=sections,
             method=tables.method(result),
-            provenance=provenance.provenance(_made(result)),
+            provenance=provenance.provenance(result.provenance, result.seconds),
         )
     )
 
@@ -141,17 +139,4 @@ def _mesh(result: Reproduction) -> Picture:
         "Left: torsion of the post-test drive's tooth mesh; right: the sums less the integral.",
         "mesh torsion [µrad]",
         1e6,
-    )
-
-
-def _made(result: Reproduction) -> DriveResult:
-    """The run alone, as the section on provenance takes it."""
-    return DriveResult(
-        drive=Drive.default(),
-        tests=(),
-        trend=None,
-        forecasts=(),
-        warnings=(),
-        provenance=result.provenance,
-        seconds=result.seconds,
     )

@@ -107,6 +107,12 @@ def floored(value: float, uncertainty: float) -> float:
     return math.floor(value / step + _SLACK) * step
 
 
+def date_down(at: float, now: float, uncertainty: float) -> float:
+    """Date in hours rounded down by its uncertainty, at most by a small part of the wait."""
+    wait = max(at - now, 5.0)
+    return max(floored(at, min(uncertainty, wait)), min(at, now))
+
+
 def hours_up(value: float, uncertainty: float) -> str:
     """Hours rounded up, for the late end of an interval."""
     step = _hour_step(value, uncertainty)

@@ -5,12 +5,9 @@ Workers of the cluster need hdprog installed, and neither the store nor its fold
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 from hdprog.atomic import atomic_directory
 from hdprog.cluster import dask_client
-from hdprog.packed import packed, unpack
+from hdprog.packed import packed, unpack, unpacked
 from hdprog.service.drive_run import Order, Say, run_here
 
 _LOOK_SECONDS = 1.0
@@ -48,10 +45,7 @@ def run_on_dask(address: str, order: Order, say: Say) -> None:
 
 def run_packed(folder: bytes, quick: bool, command: str) -> bytes:
     """Run a packed drive folder where the cluster wills; gives the results, packed."""
-    with tempfile.TemporaryDirectory() as place:
-        drive, out = Path(place) / "drive", Path(place) / "out"
-        drive.mkdir()
-        unpack(folder, drive)
+    with unpacked(folder, "drive") as (drive, out):
         # Workers of Dask are daemons, which may have no processes of their own.
         run_here(Order(drive, out, quick, 1, command), lambda _stage, _done: None)
         return packed(out)

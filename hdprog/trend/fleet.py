@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -110,6 +111,13 @@ class FleetPrior:
         covariance = np.cov(drawn.T) + np.diag(np.mean(variances, axis=0))
         return FleetPrior(tuple(drives), drawn.mean(axis=0), covariance)
 
+    @cached_property
+    def of_hyperparameters(self) -> tuple[FloatArray, FloatArray]:
+        """Mean (k − 8,) of the deviates before the loadings, and root of their covariance."""
+        first = self.mean.size - len(NAMES)
+        root = np.linalg.cholesky(self.covariance[:first, :first])
+        return self.mean[:first], np.asarray(root)
+
     def of_loadings(self, hyperparameters: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mean (draws, 8) and sd (8,) of the loadings' deviates, given those before them.
 
@@ -118,11 +126,17 @@ class FleetPrior:
         hyperparameters : (draws, k − 8) deviates
         """
         first = self.mean.size - len(NAMES)
+        slope, sd = self._regression
+        return self.mean[first:] + (hyperparameters - self.mean[:first]) @ slope, sd
+
+    @cached_property
+    def _regression(self) -> tuple[FloatArray, FloatArray]:
+        """Slope (k − 8, 8) of the loadings' deviates on those before, and what is left, (8,)."""
+        first = self.mean.size - len(NAMES)
         cross = self.covariance[first:, :first]
-        slope = np.linalg.solve(self.covariance[:first, :first], cross.T)
-        mean = self.mean[first:] + (hyperparameters - self.mean[:first]) @ slope
+        slope = np.asarray(np.linalg.solve(self.covariance[:first, :first], cross.T))
         left = np.diag(self.covariance[first:, first:]) - np.einsum("ij,ji->i", cross, slope)
-        return mean, np.sqrt(left)
+        return slope, np.sqrt(left)
 
 
 def _draw_drives(

@@ -151,10 +151,8 @@ class Trend:
     def measured(self, rng: np.random.Generator, draws: int = 500) -> FloatArray:
         """Draw what each test met, scatter included, given all tests: (draws, tests, n)."""
         values = Hyperparameters.of(self.draws.thinned(draws, rng), self.wear_prior)
-        timeline, _ = Timeline.of(self.tests, self.clock, self.wear_prior)
-        steps = Steps.of(timeline, values, self._state_prior, self.wear_prior)
         seen = Observations.of(self.mode.loops, self.wear_prior.scales)
-        states, _ = draw(steps, seen, values.scatter, rng)
+        states, _ = self._at_tests(values, seen, rng)
         measured = seen.draw_measured(states, values.scatter, rng)
         return to_loop(measured + self._bent(measured))
 
@@ -164,12 +162,9 @@ class Trend:
         Both of one draw belong together.
         """
         prior, chosen = self.wear_prior, self.draws.thinned(draws, rng)
-        values = Hyperparameters.of(chosen, prior)
-        timeline, _ = Timeline.of(self.tests, self.clock, prior)
-        steps = Steps.of(timeline, values, self._state_prior, prior)
         seen = Observations.of(self.mode.loops, prior.scales)
-        _, carried = draw(steps, seen, values.scatter, rng)
-        departure = carried[:, : steps.size] - prior.loading_mean
+        _, carried = self._at_tests(Hyperparameters.of(chosen, prior), seen, rng)
+        departure = carried[:, : prior.loading_mean.size] - prior.loading_mean
         return prior.deviates(chosen), (departure / prior.loading_sd)[:, : len(NAMES)]
 
     def hyperparameters(self) -> Mapping[str, FloatArray]:
@@ -193,6 +188,14 @@ class Trend:
         from hdprog.trend.summary import summarise
 
         return summarise(self, drive, operation, rng)
+
+    def _at_tests(
+        self, values: Hyperparameters, seen: Observations, rng: np.random.Generator
+    ) -> tuple[FloatArray, FloatArray]:
+        """Draw states (draws, tests, n) at the tests, and what the last carries (draws, n + 2)."""
+        timeline, _ = Timeline.of(self.tests, self.clock, self.wear_prior)
+        steps = Steps.of(timeline, values, self._state_prior, self.wear_prior)
+        return draw(steps, seen, values.scatter, rng)
 
     def _bent(self, measured: FloatArray) -> FloatArray:
         """Correction of draws (draws, tests, n) onto the ridge of each loop."""

@@ -140,9 +140,8 @@ class WearPrior(_Strict):
         """Deviates of hyperparameters (draws, k) from standard normal ones; the fleet's, if any."""
         if self.fleet is None:
             return standard
-        count = standard.shape[1]
-        root = np.linalg.cholesky(self.fleet.covariance[:count, :count])
-        return np.asarray(self.fleet.mean[:count] + standard @ root.T)
+        mean, root = self.fleet.of_hyperparameters
+        return np.asarray(mean + standard @ root.T)
 
     def loadings_given(self, deviates: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mean (draws, n) and sd (n,) of the loadings, given hyperparameters' deviates (draws, k).
@@ -152,11 +151,10 @@ class WearPrior(_Strict):
         if self.fleet is None:
             return self.loading_mean[None], self.loading_sd
         mean, sd = self.fleet.of_loadings(deviates)
-        shipped = self.without_fleet()
-        spread = np.array([self.loadings[name].sd for name in NAMES])
-        beside = np.zeros((len(mean), self.followed))
-        centre = shipped.loading_mean + np.hstack([spread * mean, beside])
-        return centre, np.concatenate([spread * sd, shipped.loading_sd[len(NAMES) :]])
+        count = len(NAMES)
+        spread, beside = self.loading_sd[:count], np.zeros((len(mean), self.followed))
+        centre = self.loading_mean + np.hstack([spread * mean, beside])
+        return centre, np.concatenate([spread * sd, self.loading_sd[count:]])
 
     def following(self, amplitudes: int) -> WearPrior:
         """The same for a state with so many amplitudes of effects."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from hdprog.reporting.sections.table import Row, Table
-from hdprog.results import DriveResult
+from hdprog.results import Provenance
 
 
-def provenance(result: DriveResult) -> tuple[Table, Table]:
-    """List the run, and the files that it read."""
-    made = result.provenance
+def provenance(made: Provenance, seconds: Mapping[str, float]) -> tuple[Table, Table]:
+    """List the run with the time that its parts took, and the files that it read."""
     run = [
         Row("hdprog", (made.hdprog_version,)),
         Row("command", (made.command,)),
@@ -17,8 +18,8 @@ def provenance(result: DriveResult) -> tuple[Table, Table]:
         Row("made at", (made.created,)),
         *(Row(name, (version,)) for name, version in sorted(made.versions.items())),
     ]
-    if result.seconds:
-        spent = ", ".join(f"{name} {value:.1f} s" for name, value in result.seconds.items())
+    if seconds:
+        spent = ", ".join(f"{name} {value:.1f} s" for name, value in seconds.items())
         run.append(Row("time spent", (spent,)))
     files = [Row(name, (digest or "not from a file",)) for name, digest in made.files.items()]
     return (

@@ -9,7 +9,7 @@ import numpy as np
 
 from hdprog.forecast.crossing import first_crossing, forecast_hours
 from hdprog.forecast.limits import Margins
-from hdprog.forecast.scores import covers, crps
+from hdprog.forecast.scores import covers, crps, sample_crps
 from hdprog.physics.parameters import FloatArray
 from hdprog.results import LEVELS
 from hdprog.trend.fitting import fit_trend
@@ -72,7 +72,7 @@ def _scored(
     predicted = trend.paths(unit.times[later], rng, _DRAWS)[..., AT]
     predicted = predicted + _scatter(trend, predicted.shape, rng)
     rows = [
-        (*_held(draws, truth), _crps_of_draws(draws, truth))
+        (*_held(draws, truth), sample_crps(draws, truth))
         for draws, truth in zip(predicted.T, unit.values[later], strict=True)
     ]
     return Score(method, np.array(rows), _crossing(study, unit, trend, rng), trend.converged)
@@ -87,14 +87,6 @@ def _scatter(trend: Trend, shape: tuple[int, ...], rng: np.random.Generator) -> 
 def _held(draws: FloatArray, truth: float) -> tuple[float, float]:
     low, first, third, high = np.quantile(draws, [0.05, 0.25, 0.75, 0.95])
     return float(low <= truth <= high), float(first <= truth <= third)
-
-
-def _crps_of_draws(draws: FloatArray, truth: float) -> float:
-    """E|X − y| − ½E|X − X'| of draws (draws,)."""
-    ordered = np.sort(draws)
-    weight = 2 * np.arange(1, ordered.size + 1) - ordered.size - 1
-    apart = float(weight @ ordered) / ordered.size**2
-    return float(np.abs(draws - truth).mean() - apart)
 
 
 def _crossing(
