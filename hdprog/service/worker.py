@@ -56,7 +56,7 @@ def work(settings: WorkerSettings, stop: threading.Event) -> None:
 
         @DBOS.workflow(name=WORKFLOW)
         def analyse(job_id: str) -> str:
-            return _run(store, settings, job_id, stop)
+            return _run_next(store, settings, job_id, stop)
 
         DBOS.listen_queues([NAME])
         DBOS.launch()
@@ -80,12 +80,18 @@ class _InterruptedError(BaseException):
     """The worker was told to stop while a job was under way."""
 
 
-def _run(store: Store, settings: WorkerSettings, job_id: str, stop: threading.Event) -> str:
-    """Run a job to its end; whatever goes wrong becomes words in the job's row."""
+def _run_next(store: Store, settings: WorkerSettings, entry: str, stop: threading.Event) -> str:
+    """Run the next job of a drive to its end; whatever goes wrong becomes words in its row.
+
+    Parameters
+    ----------
+    entry : a job of the drive, as it stands in the queue: each is a turn for the oldest open one
+    """
     with store.writing() as session:
-        job = jobs.find_job(session, job_id)
-        if job is None or job.state not in jobs.OPEN:
-            return "not open"  # cancelled, or done together with an earlier one
+        job = jobs.next_job(session, entry)
+        if job is None:
+            return "none open"  # cancelled, or done together with an earlier one
+        job_id = job.id
         attempt = jobs.start(session, job)
     log.info("job %s, attempt %d", job_id, attempt)
     with JobProcess(settings, job_id, attempt) as process:

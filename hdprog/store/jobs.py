@@ -33,6 +33,17 @@ def find_job(session: Session, number: str) -> JobRow | None:
     return session.get(JobRow, number)
 
 
+def next_job(session: Session, number: str) -> JobRow | None:
+    """Find the oldest open job of the drive that a job belongs to.
+
+    The queue's own clock ticks in seconds: which of a drive's entries comes out first is left open
+    where they went in together. What is done first is settled here.
+    """
+    drive = select(JobRow.drive_id).where(JobRow.id == number).scalar_subquery()
+    asked = select(JobRow).where(JobRow.drive_id == drive, JobRow.state.in_(OPEN))
+    return session.scalars(asked.order_by(JobRow.created_at).limit(1)).first()
+
+
 def jobs_of(session: Session, drive: DriveRow, count: int = 10) -> Sequence[JobRow]:
     """Give the newest jobs of a drive."""
     asked = (

@@ -21,6 +21,7 @@ from hdprog.store.store import Store
 from hdprog.store.tables import JobRow
 from hdprog.store.uploads import TestFacts
 from tests.store.samples import add_bytes, add_sample
+from tests.web.server import PATIENCE
 
 STAND_IN = Path(__file__).parents[1] / "web" / "stand_in"
 
@@ -42,10 +43,13 @@ def sqlite_queue(sqlite_store: Store) -> Iterator[Queue]:
 
 
 class Worker:
-    """A worker process, with the stand-in for the fits."""
+    """A worker process, with the stand-in for the fits; its jobs last while a file is there."""
 
-    def __init__(self, store: Store, seconds: float = 0.0) -> None:
-        settings = {"PYTHONPATH": str(STAND_IN), "STAND_IN_SECONDS": str(seconds)}
+    def __init__(self, store: Store, hold: Path | None = None) -> None:
+        settings = {"PYTHONPATH": str(STAND_IN)}
+        if hold is not None:
+            hold.touch()
+            settings["STAND_IN_HOLD"] = str(hold)
         command = [sys.executable, "-c", "from hdprog.cli import main; main()", "worker"]
         self.process = subprocess.Popen(
             [*command, "--data", str(store.files.root), "--database", store.database.url],
@@ -58,7 +62,12 @@ class Worker:
 
     def stop(self) -> None:
         self.process.terminate()
-        self.process.wait(30)
+        self.process.wait(PATIENCE)
+
+
+@pytest.fixture
+def hold(tmp_path: Path) -> Path:
+    return tmp_path / "hold"
 
 
 @pytest.fixture
@@ -69,8 +78,8 @@ def workers() -> Iterator[list[Worker]]:
         one.kill()
 
 
-def wait_for(what: Callable[[], bool], seconds: float = 40.0) -> None:
-    ends = time.monotonic() + seconds
+def wait_for(what: Callable[[], bool]) -> None:
+    ends = time.monotonic() + PATIENCE
     while not what():
         assert time.monotonic() < ends, "it did not come about in time"
         time.sleep(0.1)
@@ -126,13 +135,14 @@ def test_work_that_was_not_committed_is_not_queued(
 
 
 def test_a_drives_jobs_run_in_order_and_not_side_by_side(
-    store: Store, queue: Queue, workers: list[Worker]
+    store: Store, queue: Queue, workers: list[Worker], hold: Path
 ) -> None:
     numbers = [ask(store, queue, "a", b"1", 1.0)]
-    workers += [Worker(store, 1.0), Worker(store, 1.0)]
+    workers += [Worker(store, hold), Worker(store, hold)]
     wait_for(lambda: job(store, numbers[0]).state == "running")
     numbers += [ask(store, queue, "a", bytes([65 + n]), 2.0 + n) for n in range(3)]
     other = ask(store, queue, "b", b"z", 1.0)
+    hold.unlink()
     wait_for(lambda: all(job(store, n).state == "done" for n in [*numbers, other]))
     first, *rest = [job(store, number) for number in numbers]
     assert first.finished_at is not None
@@ -142,11 +152,22 @@ def test_a_drives_jobs_run_in_order_and_not_side_by_side(
         assert one.started_at is None or one.started_at >= first.finished_at
 
 
+def test_of_jobs_asked_for_together_the_first_runs_first(
+    store: Store, queue: Queue, workers: list[Worker], hold: Path
+) -> None:
+    numbers = [ask(store, queue, "a", bytes([65 + n]), 2.0 + n) for n in range(8)]
+    workers.append(Worker(store, hold))
+    wait_for(lambda: any(job(store, number).state == "running" for number in numbers))
+    assert job(store, numbers[0]).state == "running"
+    hold.unlink()
+    wait_for(lambda: all(job(store, number).state == "done" for number in numbers))
+
+
 def test_a_killed_workers_job_is_taken_up_again(
-    store: Store, queue: Queue, workers: list[Worker]
+    store: Store, queue: Queue, workers: list[Worker], hold: Path
 ) -> None:
     number = ask(store, queue, "a", b"1", 5.0)
-    workers.append(Worker(store, 60.0))
+    workers.append(Worker(store, hold))
     wait_for(lambda: job(store, number).state == "running")
     workers[0].kill()
     workers.append(Worker(store))
@@ -155,11 +176,11 @@ def test_a_killed_workers_job_is_taken_up_again(
 
 
 def test_a_living_worker_takes_over_from_a_dead_one(
-    sqlite_store: Store, sqlite_queue: Queue, workers: list[Worker]
+    sqlite_store: Store, sqlite_queue: Queue, workers: list[Worker], hold: Path
 ) -> None:
     store, queue = sqlite_store, sqlite_queue
     number = ask(store, queue, "a", b"1", 5.0)
-    workers.append(Worker(store, 60.0))
+    workers.append(Worker(store, hold))
     wait_for(lambda: job(store, number).state == "running")
     workers.append(Worker(store))  # in a place of its own
     wait_for(lambda: len(list(store.files.workers.glob("*.lock"))) == 2)
@@ -168,11 +189,11 @@ def test_a_living_worker_takes_over_from_a_dead_one(
 
 
 def test_a_stopped_worker_gives_its_job_back(
-    sqlite_store: Store, sqlite_queue: Queue, workers: list[Worker]
+    sqlite_store: Store, sqlite_queue: Queue, workers: list[Worker], hold: Path
 ) -> None:
     store, queue = sqlite_store, sqlite_queue
     number = ask(store, queue, "a", b"1", 5.0)
-    workers.append(Worker(store, 60.0))
+    workers.append(Worker(store, hold))
     wait_for(lambda: job(store, number).state == "running")
     workers[0].stop()
     workers.append(Worker(store))
@@ -180,11 +201,11 @@ def test_a_stopped_worker_gives_its_job_back(
 
 
 def test_cancelling_ends_the_work_and_retrying_does_it(
-    sqlite_store: Store, sqlite_queue: Queue, workers: list[Worker]
+    sqlite_store: Store, sqlite_queue: Queue, workers: list[Worker], hold: Path
 ) -> None:
     store, queue = sqlite_store, sqlite_queue
     number = ask(store, queue, "a", b"1", 5.0)
-    workers.append(Worker(store, 3.0))
+    workers.append(Worker(store, hold))
     wait_for(lambda: job(store, number).state == "running")
     with store.writing() as session:
         assert jobs.cancel(session, COMMAND_LINE, session.get_one(JobRow, number))
@@ -193,6 +214,7 @@ def test_cancelling_ends_the_work_and_retrying_does_it(
         again = session.get_one(JobRow, number)
         assert jobs.reopen(session, COMMAND_LINE, again)
         queue.enqueue(session, again)
+    hold.unlink()
     wait_for(lambda: job(store, number).state == "done")
     assert job(store, number).attempt == 2
 

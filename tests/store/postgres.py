@@ -92,7 +92,7 @@ def running(binaries: Path) -> Iterator[str]:
 def _wait(port: int, server: subprocess.Popen[bytes]) -> None:
     import psycopg
 
-    ends = time.monotonic() + 30
+    ends = time.monotonic() + 300
     while time.monotonic() < ends:
         if server.poll() is not None:
             raise RuntimeError("PostgreSQL ended while it started")
@@ -102,4 +102,4 @@ def _wait(port: int, server: subprocess.Popen[bytes]) -> None:
             time.sleep(0.1)
         else:
             return
-    raise RuntimeError("PostgreSQL did not answer within 30 s")
+    raise RuntimeError("PostgreSQL did not answer within 300 s")

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from hdprog.data.synthetic import write_drive_folder
-from tests.web.server import PASSWORD, Server, hdprog, wait_for_jobs
+from tests.web.server import PASSWORD, PATIENCE, Server, hdprog, wait_for_jobs
 
 DRIVE = {
     "drive": {"id": "cell3-axis2", "model": "CSF-25-80", "rated_torque_Nm": 63.0},
@@ -61,16 +61,13 @@ def upload(api: object, record: bytes, hours: float, drive: str = "cell3-axis2")
 def test_a_killed_server_and_worker_lose_no_accepted_upload(
     tmp_path: Path, started: list[Server], records: list[bytes]
 ) -> None:
-    server = Server(tmp_path, seconds=30.0)
+    server = Server(tmp_path, seconds=PATIENCE)
     started.append(server.start())
     with server.api() as api:
         assert api.post("/drives", json=DRIVE).status_code == 201
         taken = [upload(api, record, hours) for hours, record in enumerate(records[:3])]
         numbers = [one.json()["job_id"] for one in taken]
-        ends = time.monotonic() + 30
-        while api.get(f"/jobs/{numbers[0]}").json()["state"] != "running":
-            assert time.monotonic() < ends
-            time.sleep(0.1)
+        wait_for_jobs(api, numbers[:1], ("running",))
     server.kill()  # its worker notices that it is alone, and ends with its job
     server.settings["STAND_IN_SECONDS"] = "0"
     server.start()
@@ -98,7 +95,7 @@ def test_fifty_uploads_at_once(tmp_path: Path, started: list[Server], records: l
         assert [answer.status_code for answer in taken] == [202] * 50
         numbers = [answer.json()["job_id"] for answer in taken]
         assert len({answer.json()["test_uid"] for answer in taken}) == 50
-        states = wait_for_jobs(api, numbers, 90)
+        states = wait_for_jobs(api, numbers)
         assert {state["state"] for state in states} == {"done"}
         for number in range(2):
             assert len(api.get(f"/drives/d{number}").json()["tests"]) == 25
@@ -117,7 +114,7 @@ def test_a_flood_is_cut_off(tmp_path: Path, started: list[Server]) -> None:
     )
     first = b'--x\r\nContent-Disposition: form-data; name="file"; filename="a.csv"\r\n\r\n'
     sent = 0
-    with socket.create_connection(("127.0.0.1", server.port), timeout=20) as line:
+    with socket.create_connection(("127.0.0.1", server.port), timeout=PATIENCE) as line:
         line.sendall(head.encode() + b"%x\r\n%s\r\n" % (len(first), first))
         try:
             while sent < 2 << 30:
@@ -144,7 +141,7 @@ def test_one_true_fit(tmp_path: Path, started: list[Server]) -> None:
     server = Server(tmp_path / "data", seconds=None)
     started.append(server.start())
     with server.api() as api:
-        ends = time.monotonic() + 150
+        ends = time.monotonic() + PATIENCE
         while not (summary := api.get("/drives/drive").json())["tests"]:
             assert time.monotonic() < ends
             time.sleep(0.5)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.web.server import PASSWORD, Server, hdprog
+from tests.web.server import PASSWORD, PATIENCE, Server, hdprog
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -54,6 +54,7 @@ def open_page(browser: Browser, server: Server, *, script: bool, width: int) -> 
         viewport={"width": width, "height": 850},
         accept_downloads=True,
     )
+    context.set_default_timeout(1000 * PATIENCE)
     page = context.new_page()
     page.goto("/")
     page.get_by_label("Name").fill("ada")
@@ -94,7 +95,7 @@ def test_from_login_to_report(
         hours.nth(number).fill(str(100 * number))
     hours.last.press("Enter")  # as the button that accepts all, not as one that discards
     page.get_by_role("heading", name=name).wait_for()
-    for _ in range(120):
+    for _ in range(800):
         page.goto(f"/drives/{name}")
         if page.get_by_role("heading", name="Forecast").count():
             break

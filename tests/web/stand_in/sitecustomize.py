@@ -1,8 +1,9 @@
 """Put on PYTHONPATH, this takes the place of the fits behind the upload page.
 
 What it writes has the form of a run's results and is made of the drive folder alone, so that tests
-of the service take no longer than the service itself. STAND_IN_SECONDS says how long a job takes;
-a drive with "fails" in its id ends in an error, one with "dies" ends its process.
+of the service take no longer than the service itself. STAND_IN_SECONDS says how long a job takes
+at least, and it lasts as long as the file STAND_IN_HOLD is there; a drive with "fails" in its id
+ends in an error, one with "dies" ends its process.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ def stand_in(order: drive_run.Order, say: drive_run.Say) -> None:
         rows = sorted(csv.DictReader(file), key=lambda row: float(row["service_hours"]))
     say("looking for effects", 0.1)
     ends = time.monotonic() + float(os.environ.get("STAND_IN_SECONDS", "0"))
-    while time.monotonic() < ends:
+    hold = os.environ.get("STAND_IN_HOLD")
+    while time.monotonic() < ends or (hold and Path(hold).exists()):
         time.sleep(0.1)
         say("fitting", 0.5)
     if "dies" in name:
