@@ -7,6 +7,7 @@ import numpy as np
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.smoother import RATE, RUNNING_IN
 from hdprog.trend.state_space import Steps
+from hdprog.trend.wear_prior import RateAhead
 
 _SLOWEST = 0.02  # of the clock's rate: what a drive goes on with that seems to stand still
 _FASTEST_LOG = 6.0  # four hundred times as fast is beyond any figure
@@ -17,14 +18,14 @@ def simulate_ahead(
     rng: np.random.Generator,
     start: tuple[FloatArray, FloatArray],
     first: int,
-    growth: float,
+    ahead: RateAhead,
 ) -> FloatArray:
     """Draw states after the last test, where the rate of wear changes by factors.
 
     Seen from tests, the rate's departure is linear, so that a filter can follow it. Ahead it starts
     from where it is, 1 + v times the clock's, and changes by exp(W) with a random walk W: a rate
-    does not run below zero, and one that has grown may grow on. Where the clock has levelled off,
-    wear does not heal.
+    does not run below zero, and one that has grown may grow on. W drifts upwards, as the last stage
+    of wear is the one that speeds up. Where the clock has levelled off, wear does not heal.
 
     Parameters
     ----------
@@ -32,7 +33,7 @@ def simulate_ahead(
     rng : source of randomness
     start : state (draws, n) and carried (draws, n + 2) just before `first`
     first : first time to draw
-    growth : spread of W over that of the departure in the past
+    ahead : spread of W over that of the departure in the past, and its drift
 
     Returns
     -------
@@ -46,14 +47,15 @@ def simulate_ahead(
     for time in range(first, times):
         wear, passed = steps.wear[:, time], steps.passed[:, time]
         common, turn, lead = rng.standard_normal((3, draws))
-        departure = growth * np.sqrt(steps.departure[:, time])
-        meanwhile = walk + departure * (turn / 2 + lead / np.sqrt(12))
+        departure = ahead.spread * np.sqrt(steps.departure[:, time])
+        drift = ahead.drift * steps.lived[:, time]
+        meanwhile = walk + drift / 2 + departure * (turn / 2 + lead / np.sqrt(12))
         gained = passed * (rate * np.exp(np.minimum(meanwhile, _FASTEST_LOG)) - 1.0)
         gained = np.maximum(gained, -wear)
         gained = gained + np.sqrt(steps.shared[:, time]) * common
         gained = gained + steps.settled[:, time] * c[:, RUNNING_IN]
         own = np.sqrt(steps.own[:, time]) * rng.standard_normal((draws, steps.size))
         x = x + wear[:, None] * c[:, : steps.size] + gained[:, None] * steps.direction + own
-        walk = walk + departure * turn
+        walk = walk + drift + departure * turn
         states[:, time - first] = x
     return states

@@ -173,6 +173,7 @@ class Steps:
     wear : (draws, times) increment of wear
     settled : (draws, times) increment of the share of running-in that is done
     passed : (draws, times) increment of the walks' time
+    lived : (draws, times) increment of the logarithm of expected wear, the time of v
     departure : (draws, times) variance that the rate's departure v gains meanwhile
     shared : (draws, times) variance added along the direction of wear
     own : (draws, times, n) variance added to each coordinate
@@ -188,6 +189,7 @@ class Steps:
     wear: FloatArray
     settled: FloatArray
     passed: FloatArray
+    lived: FloatArray
     departure: FloatArray
     shared: FloatArray
     own: FloatArray
@@ -208,7 +210,8 @@ class Steps:
         # What has levelled off still wanders; what accelerates wanders the more.
         counted = np.maximum(worn, _increments(expected, timeline.begins))
         # The rate changes by the share of life gone by, so that no unit of wear is special to it.
-        lived = np.log1p(np.maximum(expected, reached) / _SETTLING)
+        logarithm = np.log1p(np.maximum(expected, reached) / _SETTLING)
+        lived = _increments(logarithm, timeline.begins)
         settled = -np.expm1(-expected / values.running_in_length[:, None])
         wandered = values.own_volatility[:, None] ** 2 * counted
         own = wandered[..., None] * wear_prior.drift_scales**2
@@ -223,7 +226,8 @@ class Steps:
             worn,
             _increments(settled, timeline.begins),
             counted,
-            values.rate_volatility[:, None] ** 2 * _increments(lived, timeline.begins),
+            lived,
+            values.rate_volatility[:, None] ** 2 * lived,
             values.volatility[:, None] ** 2 * counted,
             own + timeline.event_variance,
         )
@@ -236,6 +240,7 @@ class Steps:
             wear=self.wear[:, :times],
             settled=self.settled[:, :times],
             passed=self.passed[:, :times],
+            lived=self.lived[:, :times],
             departure=self.departure[:, :times],
             shared=self.shared[:, :times],
             own=self.own[:, :times],

@@ -136,8 +136,7 @@ class Trend:
         states = states + self._put_back(states, values.scatter, which[:behind], rng)
         states = np.clip(states, centre - farthest, centre + farthest)
         now = states[:, -1]
-        growth = self.wear_prior.rate_volatility.ahead
-        ahead = simulate_ahead(steps, rng, (now, carried), behind, growth)
+        ahead = simulate_ahead(steps, rng, (now, carried), behind, self.wear_prior.rate_ahead)
         ahead = np.clip(ahead, centre - farthest, centre + farthest)
         ahead[..., _B] = self._level_off(now[:, _B], ahead[..., _B], rng)
         return Paths(

@@ -36,12 +36,6 @@ class LogNormal(_Strict):
         return np.asarray(self.median * np.exp(self.log_sd * deviate))
 
 
-class RateVolatility(LogNormal):
-    """How much the rate of wear changes; ahead of the last test `ahead` times as much."""
-
-    ahead: float = Field(gt=0)
-
-
 class Share(_Strict):
     """A belief in a share between 0 and 1: a Gaussian through its distribution function."""
 
@@ -66,6 +60,19 @@ class Loading(_Strict):
 
     mean: float
     sd: float = Field(gt=0)
+
+
+class RateAhead(_Strict):
+    """How the logarithm of the rate of wear changes past the last test.
+
+    Attributes
+    ----------
+    spread : of its random walk, over that of `rate_volatility`
+    drift : while wear grows to e times itself
+    """
+
+    spread: float = Field(gt=0)
+    drift: float
 
 
 class Curvature(_Strict):
@@ -109,7 +116,8 @@ class WearPrior(_Strict):
     running_in: Loading
     running_in_length: LogNormal
     volatility: LogNormal
-    rate_volatility: RateVolatility
+    rate_volatility: LogNormal
+    rate_ahead: RateAhead
     own_volatility: LogNormal
     remounting_scatter: LogNormal
     load_share: Share

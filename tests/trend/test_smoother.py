@@ -116,6 +116,7 @@ def joint_prior(steps: Steps, number: int) -> tuple[np.ndarray, np.ndarray]:
         steps.wear[number : number + 1],
         steps.settled[number : number + 1],
         steps.passed[number : number + 1],
+        steps.lived[number : number + 1],
         steps.departure[number : number + 1],
         steps.shared[number : number + 1],
         steps.own[number : number + 1],
@@ -168,7 +169,7 @@ def test_draws_have_the_dense_mean_and_covariance(case) -> None:
         steps.begins,
         *(
             np.repeat(getattr(steps, name)[:1], 2000, axis=0)
-            for name in ("wear", "settled", "passed", "departure", "shared", "own")
+            for name in ("wear", "settled", "passed", "lived", "departure", "shared", "own")
         ),
     )
     observed = Observations.of(seen, WEAR_PRIOR.scales)
