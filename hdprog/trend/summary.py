@@ -23,8 +23,8 @@ from hdprog.trend.what_tests_say import DEVIATES, what_tests_say
 
 MODEL = (
     "one wear coordinate behind all parameters, w = (1 − exp(−κu))/κ with u = A·(hours/h)^p, whose "
-    "rate may change at random; loadings around the direction of Table 2, random wear, own drifts "
-    "of each parameter and remounting scatter"
+    "rate may change at random and is expected to rise past the last test; loadings around the "
+    "direction of Table 2, random wear, own drifts of each parameter and remounting scatter"
 )
 _DRAWS = 400
 _OWN_DRAWS = 400

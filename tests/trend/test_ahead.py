@@ -60,7 +60,7 @@ def test_a_drift_of_one_makes_the_rate_grow_with_expected_wear(rate: float) -> N
 
 
 def test_the_walk_scatters_the_logarithm_of_the_rate() -> None:
-    """Over the last step wear gains passed·exp(W), without it passed; its median is that of no walk at all.
+    """Over the last step wear gains passed·exp(W), without it passed.
 
     4 000 draws; bounds of 4 standard errors, one false alarm in 10 000.
     """
