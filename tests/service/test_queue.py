@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from hdprog.service.queue import Queue
-from hdprog.service.slots import abandoned, taken_slot
+from hdprog.service.slots import Places, places_of, taken_slot
 from hdprog.store import jobs
 from hdprog.store.audit import COMMAND_LINE
 from hdprog.store.drives import find_drive
@@ -234,20 +234,60 @@ def test_what_goes_wrong_is_said(
     assert words in str(job(store, number).error)
 
 
-def test_places_are_freed_by_death(tmp_path: Path) -> None:
+@pytest.mark.postgres
+def test_a_job_outlives_a_break_of_all_connections(
+    postgres_url: str, tmp_path: Path, workers: list[Worker], hold: Path
+) -> None:
+    import psycopg
+
+    store = Store(tmp_path / "data", postgres_url)
+    store.prepare()
+    queue = Queue(store.database.url)
+    queue.prepare()
+    number = ask(store, queue, "a", b"1", 5.0)
+    workers.append(Worker(store, hold))
+    wait_for(lambda: job(store, number).state == "running")
+    with psycopg.connect(postgres_url, autocommit=True) as connection:
+        connection.execute(
+            "SELECT pg_terminate_backend(pid) FROM pg_stat_activity "
+            "WHERE datname = current_database() AND pid <> pg_backend_pid()"
+        )
+    # The worker finds its place lost and ends, and what started it starts another.
+    assert workers[0].process.wait(PATIENCE) == 1
+    assert job(store, number).state == "running"
+    hold.unlink()
+    workers.append(Worker(store))
+    wait_for(lambda: job(store, number).state == "done")
+    queue.close()
+    store.close()
+
+
+def test_places_are_freed_by_death(store: Store) -> None:
     code = (
-        "import sys, time; from pathlib import Path; from hdprog.service.slots import taken_slot\n"
-        "with taken_slot(Path(sys.argv[1])) as name: print(name, flush=True); time.sleep(60)"
+        "import sys, time; from pathlib import Path; from hdprog.service.slots import *\n"
+        "from hdprog.store.store import Store\n"
+        "with taken_slot(places_of(Store(Path(sys.argv[1]), sys.argv[2]))) as (name, hold):\n"
+        "    print(name, flush=True); time.sleep(3600)"
     )
     other = subprocess.Popen(
-        [sys.executable, "-c", code, str(tmp_path)], stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", code, str(store.files.root), store.database.url],
+        stdout=subprocess.PIPE,
+        text=True,
     )
     assert other.stdout is not None
     first = other.stdout.readline().strip()
-    with taken_slot(tmp_path) as second:
+    places = places_of(store)
+    with taken_slot(places) as (second, own):
         assert first != second
-        assert list(abandoned(tmp_path, second)) == []
+        assert not own.lost()
+        with places.hold(first) as hold:
+            assert hold is None
         other.kill()
         other.wait()
         other.stdout.close()
-        assert list(abandoned(tmp_path, second)) == [first]
+        wait_for(lambda: is_free(places, first))
+
+
+def is_free(places: Places, name: str) -> bool:
+    with places.hold(name) as hold:
+        return hold is not None
