@@ -28,3 +28,17 @@ def test_discarding_one_keeps_what_was_said_of_the_others(
     left = client.post(f"{at}/uploads/accept", data={"csrf": form, **said, "discard": first}).text
     assert f'<h2 id="{first}"' not in left
     assert 'value="123.5"' in left
+
+
+def test_a_file_without_known_columns_leads_to_where_they_are_named(person: ClientOf) -> None:
+    client: TestClient = person("engineer")
+    form = csrf_of(client.get("/drives/new").text)
+    assert client.post("/drives/new", data={"csrf": form, "id": "columns"}).status_code == 200
+    rows = "".join(f"{n},{n}\n" for n in range(50)).encode()
+    page = client.post(
+        "/drives/columns/uploads",
+        data={"csrf": form},
+        files={"files": ("odd.csv", b"left,right\n" + rows)},
+    )
+    assert page.status_code == 422
+    assert '<a href="/drives/columns/settings">' in page.text
