@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Protocol
 
 from filelock import FileLock, Timeout
-from sqlalchemy import Connection, NullPool, create_engine, text
+from sqlalchemy import Connection, Engine, NullPool, create_engine, text
 from sqlalchemy.exc import DBAPIError
 
 from hdprog.store.database import sqlite_file
@@ -28,7 +28,7 @@ class Hold(Protocol):
     """A place that is held."""
 
     def lost(self) -> bool:
-        """Tell whether somebody else may hold it by now."""
+        """Tell whether somebody else holds it by now."""
 
 
 class Places(Protocol):
@@ -117,25 +117,49 @@ class DatabasePlaces:
     @contextmanager
     def hold(self, name: str) -> Iterator[Hold | None]:
         """Hold a place for the block; gives None where a living worker has it."""
-        connection = self._engine.connect()
+        hold = _DatabaseHold(self._engine, name)
         try:
-            mine = connection.scalar(text("SELECT pg_try_advisory_lock(:key)"), {"key": _key(name)})
-            yield _DatabaseHold(connection) if mine else None
+            yield hold if hold.take() else None
         finally:
-            connection.close()  # and with it the lock
+            hold.close()
 
 
 class _DatabaseHold:
-    def __init__(self, connection: Connection) -> None:
-        self._connection = connection
+    """A connection that has the lock of a place, or had it when last looked at."""
+
+    def __init__(self, engine: Engine, name: str) -> None:
+        self._engine, self._key = engine, _key(name)
+        self._connection: Connection | None = None
+
+    def take(self) -> bool:
+        """Connect and take the lock; tells whether it was free."""
+        self._connection = self._engine.connect()
+        asked = text("SELECT pg_try_advisory_lock(:key)")
+        return bool(self._connection.scalar(asked, {"key": self._key}))
 
     def lost(self) -> bool:
-        """Tell whether the connection ended, after which the place is anybody's."""
+        """Tell whether another has the place; one that only lost its connection is taken again.
+
+        While the database is away nothing is known, and nobody else can take anything over. Who was
+        cut off alone may find the place free again and the job gone: its attempt no longer counts.
+        """
         try:
-            self._connection.exec_driver_sql("SELECT 1")
+            if self._connection is not None:
+                self._connection.exec_driver_sql("SELECT 1")
+                return False
         except DBAPIError:
-            return True
-        return False
+            self.close()
+        try:
+            return not self.take()
+        except DBAPIError:
+            self.close()
+            return False
+
+    def close(self) -> None:
+        """Give the lock back with the connection."""
+        connection, self._connection = self._connection, None
+        if connection is not None:
+            connection.close()
 
 
 def _key(name: str) -> int:

@@ -94,8 +94,8 @@ def _take_over(queue: Queue, places: Places, own: str) -> None:
 def _end_at_once(name: str) -> NoReturn:
     """End this process and its job as a kill would: the job is another worker's by now."""
     log.error(
-        "worker %s lost its connection to the database, and with it its place; it ends here and "
-        "may be started again",
+        "worker %s was cut off from the database, and another has taken its place; it ends here "
+        "and may be started again",
         name,
     )
     os._exit(1)

@@ -37,10 +37,10 @@ def require_same_store(database: Database, folder: Path) -> None:
             file.write(secrets.token_hex(16) + "\n")
         known = _keep(database, _read(path))
     if _read(path) != known:
+        found = "another mark than the database has" if path.exists() else "no mark of a store"
         raise UsageError(
-            f"--data: found in {folder} {'another mark' if path.exists() else 'no mark'} than in "
-            "the database, expected the folder that this database was begun with. Is the network "
-            "folder mounted, and is --database the right one?"
+            f"--data: found {found} in {folder}, expected the folder that this database was begun "
+            "with. Is the network folder mounted, and is --database the right one?"
         )
 
 

@@ -13,9 +13,10 @@ from pathlib import Path
 import pytest
 
 from hdprog.service.queue import Queue
-from hdprog.service.slots import Places, places_of, taken_slot
+from hdprog.service.slots import DatabasePlaces, Places, places_of, taken_slot
 from hdprog.store import jobs
 from hdprog.store.audit import COMMAND_LINE
+from hdprog.store.database import normalised
 from hdprog.store.drives import find_drive
 from hdprog.store.store import Store
 from hdprog.store.tables import JobRow
@@ -219,6 +220,12 @@ def test_cancelling_ends_the_work_and_retrying_does_it(
     assert job(store, number).attempt == 2
 
 
+def test_a_jobs_process_ends_with_a_worker_that_gave_no_order() -> None:
+    command = [sys.executable, "-m", "hdprog.service.analyse"]
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, timeout=PATIENCE, check=False)
+    assert done.returncode == 1
+
+
 @pytest.mark.parametrize(
     ("name", "words"), [("fails", "found a drive that fails"), ("dies", "ended with code 9")]
 )
@@ -234,12 +241,21 @@ def test_what_goes_wrong_is_said(
     assert words in str(job(store, number).error)
 
 
+def cut_all(url: str) -> None:
+    """Cut all connections to a database, as a restart of its server does."""
+    import psycopg
+
+    with psycopg.connect(url, autocommit=True) as connection:
+        connection.execute(
+            "SELECT pg_terminate_backend(pid) FROM pg_stat_activity "
+            "WHERE datname = current_database() AND pid <> pg_backend_pid()"
+        )
+
+
 @pytest.mark.postgres
 def test_a_job_outlives_a_break_of_all_connections(
     postgres_url: str, tmp_path: Path, workers: list[Worker], hold: Path
 ) -> None:
-    import psycopg
-
     store = Store(tmp_path / "data", postgres_url)
     store.prepare()
     queue = Queue(store.database.url)
@@ -247,19 +263,32 @@ def test_a_job_outlives_a_break_of_all_connections(
     number = ask(store, queue, "a", b"1", 5.0)
     workers.append(Worker(store, hold))
     wait_for(lambda: job(store, number).state == "running")
-    with psycopg.connect(postgres_url, autocommit=True) as connection:
-        connection.execute(
-            "SELECT pg_terminate_backend(pid) FROM pg_stat_activity "
-            "WHERE datname = current_database() AND pid <> pg_backend_pid()"
-        )
-    # The worker finds its place lost and ends, and what started it starts another.
-    assert workers[0].process.wait(PATIENCE) == 1
-    assert job(store, number).state == "running"
+    [place] = queue.holders()
+    cut_all(postgres_url)
+    wait_for(lambda: not is_free(places_of(store), place))
+    cut_all(postgres_url)
     hold.unlink()
-    workers.append(Worker(store))
     wait_for(lambda: job(store, number).state == "done")
+    assert job(store, number).attempt == 1
+    later = ask(store, queue, "b", b"2", 5.0)
+    wait_for(lambda: job(store, later).state == "done")
     queue.close()
     store.close()
+
+
+@pytest.mark.postgres
+def test_a_place_is_taken_again_unless_another_was_first(postgres_url: str) -> None:
+    places = DatabasePlaces(normalised(postgres_url))
+    with places.hold("here-1") as first:
+        assert first is not None
+        cut_all(postgres_url)
+        assert not first.lost()
+        assert not is_free(places, "here-1")
+        cut_all(postgres_url)
+        with places.hold("here-1") as second:
+            assert second is not None
+            assert first.lost()
+            assert not second.lost()
 
 
 def test_places_are_freed_by_death(store: Store) -> None:
