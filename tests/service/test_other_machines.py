@@ -12,7 +12,8 @@ from hdprog.service.slots import DatabasePlaces
 from hdprog.store.drives import find_drive
 from hdprog.store.store import Store
 from tests.service.machines import Machine, unshare
-from tests.service.test_queue import ask, is_free, job, wait_for
+from tests.service.places import is_free
+from tests.service.test_queue import ask, job, wait_for
 
 # Where the machine forbids names and mounts of our own, no run can demand this test.
 pytestmark = (

@@ -13,14 +13,15 @@ from pathlib import Path
 import pytest
 
 from hdprog.service.queue import Queue
-from hdprog.service.slots import DatabasePlaces, Places, places_of, taken_slot
+from hdprog.service.slots import places_of
 from hdprog.store import jobs
 from hdprog.store.audit import COMMAND_LINE
-from hdprog.store.database import normalised
 from hdprog.store.drives import find_drive
 from hdprog.store.store import Store
 from hdprog.store.tables import JobRow
 from hdprog.store.uploads import TestFacts
+from tests.service.places import is_free
+from tests.store.postgres import cut_all
 from tests.store.samples import add_bytes, add_sample
 from tests.web.server import PATIENCE
 
@@ -241,17 +242,6 @@ def test_what_goes_wrong_is_said(
     assert words in str(job(store, number).error)
 
 
-def cut_all(url: str) -> None:
-    """Cut all connections to a database, as a restart of its server does."""
-    import psycopg
-
-    with psycopg.connect(url, autocommit=True) as connection:
-        connection.execute(
-            "SELECT pg_terminate_backend(pid) FROM pg_stat_activity "
-            "WHERE datname = current_database() AND pid <> pg_backend_pid()"
-        )
-
-
 @pytest.mark.postgres
 def test_a_job_outlives_a_break_of_all_connections(
     postgres_url: str, tmp_path: Path, workers: list[Worker], hold: Path
@@ -274,49 +264,3 @@ def test_a_job_outlives_a_break_of_all_connections(
     wait_for(lambda: job(store, later).state == "done")
     queue.close()
     store.close()
-
-
-@pytest.mark.postgres
-def test_a_place_is_taken_again_unless_another_was_first(postgres_url: str) -> None:
-    places = DatabasePlaces(normalised(postgres_url))
-    with places.hold("here-1") as first:
-        assert first is not None
-        cut_all(postgres_url)
-        assert not first.lost()
-        assert not is_free(places, "here-1")
-        cut_all(postgres_url)
-        with places.hold("here-1") as second:
-            assert second is not None
-            assert first.lost()
-            assert not second.lost()
-
-
-def test_places_are_freed_by_death(store: Store) -> None:
-    code = (
-        "import sys, time; from pathlib import Path; from hdprog.service.slots import *\n"
-        "from hdprog.store.store import Store\n"
-        "with taken_slot(places_of(Store(Path(sys.argv[1]), sys.argv[2]))) as (name, hold):\n"
-        "    print(name, flush=True); time.sleep(3600)"
-    )
-    other = subprocess.Popen(
-        [sys.executable, "-c", code, str(store.files.root), store.database.url],
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    assert other.stdout is not None
-    first = other.stdout.readline().strip()
-    places = places_of(store)
-    with taken_slot(places) as (second, own):
-        assert first != second
-        assert not own.lost()
-        with places.hold(first) as hold:
-            assert hold is None
-        other.kill()
-        other.wait()
-        other.stdout.close()
-        wait_for(lambda: is_free(places, first))
-
-
-def is_free(places: Places, name: str) -> bool:
-    with places.hold(name) as hold:
-        return hold is not None
