@@ -12,9 +12,13 @@ import time
 import traceback
 import uuid
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
+
+from sqlalchemy.exc import OperationalError
 
 from hdprog.errors import HdprogError
 from hdprog.reporting.fleet_words import fleet_entry
@@ -22,11 +26,12 @@ from hdprog.service.drive_run import Order, run_here
 from hdprog.service.job_process import take_order
 from hdprog.store import analyses, jobs
 from hdprog.store.analyses import Standing
+from hdprog.store.database import patiently
 from hdprog.store.drives import content_of
 from hdprog.store.folder import write_drive_folder
 from hdprog.store.settings import service_settings
 from hdprog.store.store import Store
-from hdprog.store.tables import DriveRow, TestRow
+from hdprog.store.tables import AnalysisRow, DriveRow, TestRow
 from hdprog.store.uploads import list_tests
 
 _SAY_EVERY = 0.5  # seconds between two writes of how far it is
@@ -57,22 +62,19 @@ class Analysis:
         HdprogError
             for a drive that cannot be analysed, in words for its owner
         """
-        with self.store.reading() as session:
-            job = jobs.find_job(session, self.job_id)
-            if job is None:
-                return
-            drive = session.get_one(DriveRow, job.drive_id)
-            content, tests = content_of(drive), list_tests(session, drive, "accepted")
-            quick = service_settings(session).quick
+        asked = patiently(self._asked)
+        if asked is None:
+            return
+        name, content, tests, quick = asked
         if not tests:
-            self._nothing_left()
+            patiently(self._nothing_left)
             return
         number = str(uuid.uuid4())
         out = self.store.files.analysis(number)
         with tempfile.TemporaryDirectory(dir=self.store.files.incoming) as place:
             folder = Path(place) / "drive"
             write_drive_folder(self.store.files, content, tests, folder)
-            order = Order(folder, out, quick, processes, f"hdprog serve, drive {drive.name}")
+            order = Order(folder, out, quick, processes, f"hdprog serve, drive {name}")
             if dask is None:
                 run_here(order, self.say)
             else:
@@ -80,7 +82,7 @@ class Analysis:
 
                 run_on_dask(dask, order, self.say)
         try:
-            replaced = self._record(number, tests)
+            replaced = patiently(partial(self._record, number, tests))
         except BaseException:
             shutil.rmtree(out, ignore_errors=True)
             raise
@@ -94,21 +96,37 @@ class Analysis:
         if stage == before and moment - at < _SAY_EVERY:
             return
         self._said = (stage, moment)
-        with self.store.writing() as session:
+        with suppress(OperationalError), self.store.writing() as session:
             job = jobs.find_job(session, self.job_id)
             if job is None or not jobs.advance(session, job, self.attempt, stage, done):
                 raise _CalledOffError
 
     def fail(self, words: str) -> None:
         """Write down why it failed."""
-        with self.store.writing() as session:
+
+        def write() -> None:
+            with self.store.writing() as session:
+                job = jobs.find_job(session, self.job_id)
+                if job is not None:
+                    jobs.fail(session, job, self.attempt, words)
+
+        patiently(write)
+
+    def _asked(self) -> tuple[str, dict[str, Any], Sequence[TestRow], bool] | None:
+        """Look up the drive's name and content, its tests, and whether to be quick."""
+        with self.store.reading() as session:
             job = jobs.find_job(session, self.job_id)
-            if job is not None:
-                jobs.fail(session, job, self.attempt, words)
+            if job is None:
+                return None
+            drive = session.get_one(DriveRow, job.drive_id)
+            tests = list_tests(session, drive, "accepted")
+            return drive.name, content_of(drive), tests, service_settings(session).quick
 
     def _record(self, number: str, tests: Sequence[TestRow]) -> str | None:
         summary = analyses.summary_of(self.store.files, number)
         with self.store.writing() as session:
+            if session.get(AnalysisRow, number) is not None:
+                return None  # kept by the try before, whose answer was lost on its way
             job = jobs.find_job(session, self.job_id)
             if job is None or not jobs.finish(session, job, self.attempt, number):
                 raise _CalledOffError

@@ -81,7 +81,10 @@ def take_order() -> dict[str, object]:
     # are forked meanwhile would wait for without end.
     pipe, line = sys.stdin.fileno(), b""
     while not line.endswith(b"\n"):
-        line += os.read(pipe, 1)
+        piece = os.read(pipe, 1)
+        if not piece:
+            sys.exit(1)  # the worker is gone before it said what to do
+        line += piece
 
     def watch() -> None:
         os.read(pipe, 1)  # returns when the worker is gone, however it went

@@ -83,6 +83,11 @@ class Queue:
             job.id,
         )
 
+    def holders(self) -> set[str]:
+        """Name the workers, living or not, that have taken jobs."""
+        taken = self._client.list_workflows(status="PENDING", load_input=False, load_output=False)
+        return {one.executor_id for one in taken if one.executor_id is not None}
+
     def release(self, worker: str) -> int:
         """Put back what a worker that is gone had taken; gives the number of jobs."""
         left = self._client.list_workflows(

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import logging
+import os
 import threading
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import NoReturn
 
 from dbos import DBOS
+from sqlalchemy.exc import DBAPIError
 
 from hdprog.service.job_process import JobProcess
 from hdprog.service.queue import NAME, WORKFLOW, Queue, configuration, quiet_logs
-from hdprog.service.slots import abandoned, taken_slot
+from hdprog.service.slots import Places, places_of, taken_slot
 from hdprog.store import jobs
+from hdprog.store.database import patiently
 from hdprog.store.store import Store
 
 log = logging.getLogger("hdprog.worker")
@@ -51,7 +56,8 @@ def work(settings: WorkerSettings, stop: threading.Event) -> None:
     store.prepare()
     queue = Queue(store.database.url)
     queue.prepare()
-    with taken_slot(store.files.workers) as name:
+    places = places_of(store)
+    with taken_slot(places) as (name, hold):
         DBOS(config=configuration(store.database.url, name))
 
         @DBOS.workflow(name=WORKFLOW)
@@ -63,17 +69,36 @@ def work(settings: WorkerSettings, stop: threading.Event) -> None:
         log.info("worker %s takes jobs", name)
         try:
             while not stop.wait(_SWEEP_SECONDS):
-                for gone in abandoned(store.files.workers, name):
-                    if count := queue.release(gone):
-                        log.warning(
-                            "%d job(s) of worker %s, which is gone, wait again", count, gone
-                        )
+                if hold.lost():
+                    _end_at_once(name)
+                _take_over(queue, places, name)
         finally:
             # A job that was interrupted stays taken in this place's name: who takes the place next
             # takes the job up again.
             DBOS.destroy(destroy_registry=True)
             queue.close()
             store.close()
+
+
+def _take_over(queue: Queue, places: Places, own: str) -> None:
+    """Let the jobs wait again whose workers are gone."""
+    try:
+        for name in sorted(queue.holders() - {own}):
+            with places.hold(name) as hold:
+                if hold is not None and (count := queue.release(name)):
+                    log.warning("%d job(s) of worker %s, which is gone, wait again", count, name)
+    except DBAPIError as error:
+        log.warning("the database does not answer: %s", error.orig)
+
+
+def _end_at_once(name: str) -> NoReturn:
+    """End this process and its job as a kill would: the job is another worker's by now."""
+    log.error(
+        "worker %s was cut off from the database, and another has taken its place; it ends here "
+        "and may be started again",
+        name,
+    )
+    os._exit(1)
 
 
 class _InterruptedError(BaseException):
@@ -87,26 +112,39 @@ def _run_next(store: Store, settings: WorkerSettings, entry: str, stop: threadin
     ----------
     entry : a job of the drive, as it stands in the queue: each is a turn for the oldest open one
     """
-    with store.writing() as session:
-        job = jobs.next_job(session, entry)
-        if job is None:
-            return "none open"  # cancelled, or done together with an earlier one
-        job_id = job.id
-        attempt = jobs.start(session, job)
-    log.info("job %s, attempt %d", job_id, attempt)
-    with JobProcess(settings, job_id, attempt) as process:
-        while process.wait(_LOOK_SECONDS) is None:
-            if stop.is_set():
-                raise _InterruptedError
-            with store.reading() as session:
-                job = jobs.find_job(session, job_id)
-                if job is None or job.state != "running" or job.attempt != attempt:
-                    return "cancelled"
-    if process.code != 0:
+
+    def go_on() -> None:
+        if stop.is_set():
+            raise _InterruptedError
+
+    def start() -> tuple[str, int] | None:
+        with store.writing() as session:
+            job = jobs.next_job(session, entry)
+            return None if job is None else (job.id, jobs.start(session, job))
+
+    started = patiently(start, go_on)
+    if started is None:
+        return "none open"  # cancelled, or done together with an earlier one
+    job_id, attempt = started
+
+    def is_wanted() -> bool:
+        with store.reading() as session:
+            job = jobs.find_job(session, job_id)
+            return job is not None and job.state == "running" and job.attempt == attempt
+
+    def fail(words: str) -> None:
         with store.writing() as session:
             job = jobs.find_job(session, job_id)
             if job is not None:
-                jobs.fail(session, job, attempt, _words(process.code))
+                jobs.fail(session, job, attempt, words)
+
+    log.info("job %s, attempt %d", job_id, attempt)
+    with JobProcess(settings, job_id, attempt) as process:
+        while process.wait(_LOOK_SECONDS) is None:
+            if not patiently(is_wanted, go_on):
+                return "cancelled"
+    if process.code != 0:
+        patiently(partial(fail, _words(process.code)), go_on)
         return "failed"
     return "done"
 

@@ -15,10 +15,11 @@ from sqlalchemy import make_url
 
 from hdprog.errors import BadInputError, UsageError
 from hdprog.store.database import sqlite_file
+from hdprog.store.identity import MARK
 from hdprog.store.store import Store
 
 DUMP = "database.pgdump"
-_KEPT = ("raw", "analyses")
+_KEPT = (MARK, "raw", "analyses")
 
 
 def back_up(store: Store, archive: Path) -> int:

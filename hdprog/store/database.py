@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import logging
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from alembic import command
 from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from sqlalchemy import Connection, Engine, create_engine, event, make_url
-from sqlalchemy.exc import ArgumentError, SQLAlchemyError
+from sqlalchemy.exc import ArgumentError, OperationalError, SQLAlchemyError
 from sqlalchemy.orm import Session, sessionmaker
 
 from hdprog.errors import UsageError
 
+log = logging.getLogger("hdprog.store")
+_Found = TypeVar("_Found")
+_AGAIN_SECONDS = 1.0
 _WAIT_SECONDS = 30.0  # for another writer, before a write fails
 _CONNECTIONS = 20
 _WRITES = "hdprog_writes"
@@ -157,3 +162,26 @@ def reachable(database: Database) -> str | None:
     except SQLAlchemyError as error:
         return str(getattr(error, "orig", error))
     return None
+
+
+def patiently(work: Callable[[], _Found], before_each: Callable[[], None] | None = None) -> _Found:
+    """Do a piece of work on the database as soon as it answers.
+
+    A server that is started anew must not cost hours of fitting, nor leave a job that nobody has.
+
+    Parameters
+    ----------
+    work : to be done, as a whole; again from its start where the connection broke
+    before_each : called before each try; an error of it makes an end
+    """
+    told = False
+    while True:
+        if before_each is not None:
+            before_each()
+        try:
+            return work()
+        except OperationalError as error:
+            if not told:
+                log.warning("the database does not answer, trying again: %s", error.orig)
+            told = True
+            time.sleep(_AGAIN_SECONDS)

@@ -141,6 +141,7 @@ def reopen(session: Session, actor: Actor, job: JobRow) -> bool:
         return False
     job.state, job.stage, job.cancelled, job.error = "queued", "waiting", False, None
     job.progress, job.started_at, job.finished_at = 0.0, None, None
+    job.created_at = now()  # it goes to the end of the queue, and says how many are before it
     note(session, actor, "job started again", job.drive.name, job=job.id)
     return True
 

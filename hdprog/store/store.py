@@ -9,6 +9,7 @@ from pathlib import Path
 from hdprog.errors import UsageError
 from hdprog.store.database import Database, newest_revision, reachable
 from hdprog.store.files import Files
+from hdprog.store.identity import require_same_store
 
 
 class Store:
@@ -31,7 +32,8 @@ class Store:
         Raises
         ------
         UsageError
-            for a database that does not answer, or that a newer version of the program has made
+            for a database that does not answer, that a newer version of the program has made, or
+            whose records lie in another folder
         """
         trouble = reachable(self.database)
         if trouble is not None:
@@ -46,6 +48,7 @@ class Store:
                 "most: a newer hdprog has made them. Install that version, or go back to a backup."
             )
         self.database.upgrade()
+        require_same_store(self.database, self.files.root)
 
     def close(self) -> None:
         """Close all connections."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from sqlalchemy import select
 
 from hdprog.store.store import Store
-from hdprog.store.tables import AnalysisRow
+from hdprog.store.tables import AnalysisRow, DriveRow
 
 _OLD_SECONDS = 86_400.0  # younger ones may belong to somebody who is at work
 
@@ -24,6 +24,9 @@ def tidy_up(store: Store) -> int:
     """
     with store.reading() as session:
         known = set(session.scalars(select(AnalysisRow.id)))
+        newest = set(session.scalars(select(DriveRow.analysis_id)))
+    for number in known - newest:  # a worker that was killed may not have got to it
+        store.files.drop_posteriors(number)
     left = list(store.files.incoming.iterdir())
     left += [path for path in store.files.analyses.iterdir() if path.name not in known]
     return sum(_removed(path) for path in left if _is_old(path))

@@ -50,7 +50,7 @@ def create_app(settings: WebSettings) -> FastAPI:
     static = files("hdprog.web") / "static"
     app.mount("/static", StaticFiles(directory=str(static)), name="static")
     refusals.install(app)
-    app.add_middleware(BodyLimit, most=settings.max_bytes)
+    app.add_middleware(BodyLimit, most=settings.max_bytes, refuse=refusals.refuse)
     if settings.hosts:
         # Without a login a page elsewhere must not reach this one under a name of its own.
         app.add_middleware(TrustedHostMiddleware, allowed_hosts=list(settings.hosts))

@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 def run(folder: Path, mark: str, *options: str, required: bool = True) -> int:
     """Run pytest on one passing test and one skipped one that carries `mark`; give its code."""
     (folder / "pytest.ini").write_text(
-        "[pytest]\nmarkers =\n    measured\n    chromium\n    postgres\n    other\n",
+        "[pytest]\nmarkers =\n    measured\n    chromium\n    nginx\n    postgres\n    other\n",
         encoding="utf-8",
     )
     (folder / "test_it.py").write_text(
@@ -31,7 +31,7 @@ def run(folder: Path, mark: str, *options: str, required: bool = True) -> int:
     ).returncode
 
 
-@pytest.mark.parametrize("mark", ["measured", "chromium", "postgres"])
+@pytest.mark.parametrize("mark", ["measured", "chromium", "nginx", "postgres"])
 def test_skipped_required_test_fails(tmp_path: Path, mark: str) -> None:
     assert run(tmp_path, mark) == pytest.ExitCode.TESTS_FAILED
 

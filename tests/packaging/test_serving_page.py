@@ -66,11 +66,3 @@ def test_the_unit_is_one_that_systemd_takes(tmp_path: Path) -> None:
             ["systemd-analyze", "verify", str(file)], capture_output=True, text=True, check=False
         )
         assert "hdprog.service" not in done.stderr
-
-
-def test_the_container_serves() -> None:
-    [text] = blocks("dockerfile")
-    words = re.search(r"^CMD (\[.*\])$", text, re.MULTILINE)
-    assert words is not None
-    assert '"hdprog", "serve"' in words[1]
-    assert "USER hdprog" in text

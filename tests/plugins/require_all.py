@@ -1,5 +1,5 @@
-"""With HDPROG_REQUIRE_ALL=1, a skipped test marked `measured`, `chromium` or `postgres` fails the
-run.
+"""With HDPROG_REQUIRE_ALL=1, a skipped test marked `measured`, `chromium`, `nginx` or `postgres`
+fails the run.
 
 Load with `python -m pytest -p tests.plugins.require_all`. A whole module skipped at its import
 counts too, since its marks cannot be seen.
@@ -11,7 +11,7 @@ import os
 
 import pytest
 
-REQUIRED = ("measured", "chromium", "postgres")
+REQUIRED = ("measured", "chromium", "nginx", "postgres")
 
 
 class RequireAll:

@@ -13,13 +13,15 @@ from pathlib import Path
 import pytest
 
 from hdprog.service.queue import Queue
-from hdprog.service.slots import abandoned, taken_slot
+from hdprog.service.slots import places_of
 from hdprog.store import jobs
 from hdprog.store.audit import COMMAND_LINE
 from hdprog.store.drives import find_drive
 from hdprog.store.store import Store
 from hdprog.store.tables import JobRow
 from hdprog.store.uploads import TestFacts
+from tests.service.places import is_free
+from tests.store.postgres import cut_all
 from tests.store.samples import add_bytes, add_sample
 from tests.web.server import PATIENCE
 
@@ -219,6 +221,12 @@ def test_cancelling_ends_the_work_and_retrying_does_it(
     assert job(store, number).attempt == 2
 
 
+def test_a_jobs_process_ends_with_a_worker_that_gave_no_order() -> None:
+    command = [sys.executable, "-m", "hdprog.service.analyse"]
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, timeout=PATIENCE, check=False)
+    assert done.returncode == 1
+
+
 @pytest.mark.parametrize(
     ("name", "words"), [("fails", "found a drive that fails"), ("dies", "ended with code 9")]
 )
@@ -234,20 +242,25 @@ def test_what_goes_wrong_is_said(
     assert words in str(job(store, number).error)
 
 
-def test_places_are_freed_by_death(tmp_path: Path) -> None:
-    code = (
-        "import sys, time; from pathlib import Path; from hdprog.service.slots import taken_slot\n"
-        "with taken_slot(Path(sys.argv[1])) as name: print(name, flush=True); time.sleep(60)"
-    )
-    other = subprocess.Popen(
-        [sys.executable, "-c", code, str(tmp_path)], stdout=subprocess.PIPE, text=True
-    )
-    assert other.stdout is not None
-    first = other.stdout.readline().strip()
-    with taken_slot(tmp_path) as second:
-        assert first != second
-        assert list(abandoned(tmp_path, second)) == []
-        other.kill()
-        other.wait()
-        other.stdout.close()
-        assert list(abandoned(tmp_path, second)) == [first]
+@pytest.mark.postgres
+def test_a_job_outlives_a_break_of_all_connections(
+    postgres_url: str, tmp_path: Path, workers: list[Worker], hold: Path
+) -> None:
+    store = Store(tmp_path / "data", postgres_url)
+    store.prepare()
+    queue = Queue(store.database.url)
+    queue.prepare()
+    number = ask(store, queue, "a", b"1", 5.0)
+    workers.append(Worker(store, hold))
+    wait_for(lambda: job(store, number).state == "running")
+    [place] = queue.holders()
+    cut_all(postgres_url)
+    wait_for(lambda: not is_free(places_of(store), place))
+    cut_all(postgres_url)
+    hold.unlink()
+    wait_for(lambda: job(store, number).state == "done")
+    assert job(store, number).attempt == 1
+    later = ask(store, queue, "b", b"2", 5.0)
+    wait_for(lambda: job(store, later).state == "done")
+    queue.close()
+    store.close()

@@ -43,6 +43,8 @@ def test_only_what_is_old_and_unknown_goes(store: Store) -> None:
     ]
     stays = [aged(files.analysis(number), folder=True), files.incoming / "young.part"]
     stays[1].touch()
+    replaced = files.analysis(number) / "posteriors"
+    replaced.mkdir()
     assert tidy_up(store) == len(gone)
-    assert not any(path.exists() for path in gone)
+    assert not any(path.exists() for path in [*gone, replaced])
     assert all(path.exists() for path in stays)

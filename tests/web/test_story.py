@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.web.server import PASSWORD, PATIENCE, Server, hdprog
+from tests.web.server import PASSWORD, PATIENCE, Server, hdprog, wait_for_jobs
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -47,9 +47,13 @@ def browser() -> Iterator[Browser]:
         opened.close()
 
 
-def open_page(browser: Browser, server: Server, *, script: bool, width: int) -> Page:
+def open_page(
+    browser: Browser, server: Server, *, script: bool, width: int, scheme: str | None = None
+) -> Page:
     context = browser.new_context(
         base_url=server.address,
+        color_scheme=scheme,  # type: ignore[arg-type]
+        bypass_csp=scheme is not None,  # where the page is looked at by a script of the test's own
         java_script_enabled=script,
         viewport={"width": width, "height": 850},
         accept_downloads=True,
@@ -151,6 +155,48 @@ def test_every_field_has_a_label_and_every_page_a_heading(browser: Browser, serv
             )
         )
         assert found == {"unlabelled": [], "headings": 1, "twice": [], "wide": False}, path
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_no_barrier(browser: Browser, server: Server, scheme: str) -> None:
+    from axe_playwright_python.sync_playwright import Axe
+
+    name = f"axe-{scheme}"
+    with server.api() as api:
+        assert api.post("/drives", json={"drive": {"id": name}}).status_code == 201
+        with next(LOOPS.glob("*.csv")).open("rb") as file:
+            taken = api.post(
+                f"/drives/{name}/tests", files={"file": file}, data={"service_hours": "1"}
+            ).json()
+        wait_for_jobs(api, [taken["job_id"]])
+    page = open_page(browser, server, script=True, width=390, scheme=scheme)
+    own = (f"/drives/{name}", f"/drives/{name}/settings", f"/drives/{name}/uploads")
+    results = (f"/tests/{taken['test_uid']}", f"/jobs/{taken['job_id']}")
+    for path in ("/", "/drives/new", "/settings", "/audit", "/nosuch", *own, *results):
+        page.goto(path)
+        found = [(one["id"], one["nodes"]) for one in Axe().run(page).response["violations"]]
+        assert found == [], path
+
+
+def test_too_much_is_said_before_it_is_sent(
+    browser: Browser, server: Server, tmp_path: Path
+) -> None:
+    with server.api() as api:
+        assert api.post("/drives", json={"drive": {"id": "large"}}).status_code == 201
+    large = tmp_path / "large.csv"
+    large.write_bytes(b"1,2\n" * 20_000_000)
+    page = open_page(browser, server, script=True, width=1200)
+    page.goto("/drives/large")
+    page.locator("#files").set_input_files(large)
+    assert "80 MB; the server takes 64 MB" in page.inner_text("[data-hint]")
+    page.get_by_role("button", name="Read and show").click()
+    assert page.url.endswith("/drives/large")
+
+    page = open_page(browser, server, script=False, width=1200)
+    page.goto("/drives/large")
+    page.locator("#files").set_input_files(large)
+    page.get_by_role("button", name="Read and show").click()
+    page.get_by_role("heading", name="Too large").wait_for()
 
 
 def test_files_dropped_on_the_form_are_chosen(browser: Browser, server: Server) -> None:

@@ -21,7 +21,7 @@ _STATUSES = {
     "plan": "Plan an inspection",
     "present": "Present condition only",
     "good": "No limit in sight",
-    "untested": "No test yet",
+    "untested": "No result yet",
 }
 
 

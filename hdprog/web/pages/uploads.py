@@ -91,7 +91,7 @@ def _accept(request: Request, who: Identity, drive_id: str, form: FormData) -> R
     service = service_of(request)
     texts = {name: value for name, value in form.items() if isinstance(value, str)}
     if discarded := texts.get("discard"):
-        return _discard(request, who, drive_id, discarded)
+        return _discard(request, who, drive_id, discarded, texts)
     problems: dict[str, str] = {}
     last = None
     with service.store.writing() as session:
@@ -130,7 +130,9 @@ def _facts_of(
     return facts
 
 
-def _discard(request: Request, who: Identity, drive_id: str, uid: str) -> Response:
+def _discard(
+    request: Request, who: Identity, drive_id: str, uid: str, texts: dict[str, str]
+) -> Response:
     service = service_of(request)
     with service.store.writing() as session:
         drive = drive_named(session, drive_id)
@@ -138,8 +140,8 @@ def _discard(request: Request, who: Identity, drive_id: str, uid: str) -> Respon
         if test is not None and test.drive_id == drive.id and test.state == "preview":
             remove(session, who.actor, test)
         left = len(list_tests(session, drive, "preview"))
-    if left:
-        return RedirectResponse(f"/drives/{drive_id}/uploads?said=discarded", 303)
+    if left:  # what was said of the others already stays in its fields
+        return _page(request, who, drive_id, [], [], {}, texts)
     return RedirectResponse(f"/drives/{drive_id}?said=discarded", 303)
 
 

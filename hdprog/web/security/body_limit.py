@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from starlette.datastructures import Headers
-from starlette.responses import JSONResponse
+from starlette.requests import Request
+from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+Refuse = Callable[[Request, int, str], Response]
+_HEARD_OUT = 4
+"""A body of up to so many times the limit is thrown away to its end before it is refused: a browser
+that still sends does not look at an answer."""
 
 
 class _TooLargeError(Exception):
@@ -18,10 +26,11 @@ class BodyLimit:
     ----------
     app : what lies behind
     most : bytes
+    refuse : makes the answer of a request, a status and words
     """
 
-    def __init__(self, app: ASGIApp, most: int) -> None:
-        self.app, self.most = app, most
+    def __init__(self, app: ASGIApp, most: int, refuse: Refuse) -> None:
+        self.app, self.most, self.refuse = app, most, refuse
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, counting."""
@@ -30,6 +39,8 @@ class BodyLimit:
             return
         claimed = Headers(scope=scope).get("content-length", "0")
         if not claimed.isdigit() or int(claimed) > self.most:
+            if claimed.isdigit() and int(claimed) <= _HEARD_OUT * self.most:
+                await _hear_out(receive)
             await self._refuse(scope, receive, send)
             return
         seen, begun, over = 0, False, False
@@ -64,5 +75,12 @@ class BodyLimit:
             "test at a time, pack it with gzip or keep every tenth row; whoever runs the server "
             "can raise --max-upload-mb."
         )
-        answer = JSONResponse({"detail": words, "problems": [words]}, 413, {"connection": "close"})
+        answer = self.refuse(Request(scope), 413, words)
+        answer.headers["connection"] = "close"
         await answer(scope, receive, send)
+
+
+async def _hear_out(receive: Receive) -> None:
+    """Take a body in, keeping nothing of it."""
+    while (message := await receive())["type"] == "http.request" and message.get("more_body"):
+        pass

@@ -11,7 +11,15 @@ for (const form of document.querySelectorAll("[data-drop]")) {
     over(false)(event);
     if (event.dataTransfer.files.length) { input.files = event.dataTransfer.files; tell(); }
   });
-  const tell = () => { hint.textContent = [...input.files].map((file) => file.name).join(", "); };
+  const tell = () => {
+    const files = [...input.files];
+    const names = files.map((file) => file.name).join(", ");
+    const megabytes = files.reduce((sum, file) => sum + file.size, 0) / 1e6;
+    const most = Number(form.dataset.most);
+    input.setCustomValidity(megabytes > most
+      ? `These files have ${megabytes.toFixed(0)} MB; the server takes ${most} MB at a time.` : "");
+    hint.textContent = input.validationMessage || names;
+  };
   input.addEventListener("change", tell);
   form.addEventListener("submit", () => { hint.textContent = "Reading …"; });
 }
