@@ -20,6 +20,13 @@ from hdprog.config.drive import (
     Limit,
     NoiseResolution,
 )
+from hdprog.config.report_settings import (
+    ANGLE_UNITS,
+    TORQUE_UNITS,
+    ReportSettings,
+    angle_unit,
+    torque_unit,
+)
 from hdprog.errors import BadInputError
 
 __all__ = ["drive_from_mapping", "read_drive"]
@@ -85,6 +92,11 @@ class _ColumnsSection(_Section):
     output_angle: str | None = None
 
 
+class _ReportSection(_Section):
+    angle_unit: _Text = ReportSettings.angle_unit
+    torque_unit: _Text = ReportSettings.torque_unit
+
+
 class _DriveFile(_Section):
     drive: _DriveSection
     noise: _NoiseSection = _NoiseSection()
@@ -93,6 +105,7 @@ class _DriveFile(_Section):
     forecast: _ForecastSection = _ForecastSection()
     columns: _ColumnsSection = _ColumnsSection()
     select: dict[_Text, _Values] = {}
+    report: _ReportSection = _ReportSection()
 
 
 _SECTIONS: dict[str, type[_Section]] = {
@@ -102,6 +115,7 @@ _SECTIONS: dict[str, type[_Section]] = {
     "limits": _LimitSection,
     "forecast": _ForecastSection,
     "columns": _ColumnsSection,
+    "report": _ReportSection,
 }
 
 
@@ -193,8 +207,24 @@ def drive_from_mapping(mapping: Mapping[str, Any], source: Path | None = None) -
         forecast=ForecastSettings(**content.forecast.model_dump()),
         columns=content.columns.model_dump(exclude_none=True),
         select=dict(content.select),
+        report=_report(content.report, f"{where}, [report]"),
         source=source,
     )
+
+
+def _report(section: _ReportSection, where: str) -> ReportSettings:
+    """Read the units of reports, each however it is spelt."""
+    found = {}
+    for key, text, known, named in (
+        ("angle_unit", section.angle_unit, ANGLE_UNITS, angle_unit(section.angle_unit)),
+        ("torque_unit", section.torque_unit, TORQUE_UNITS, torque_unit(section.torque_unit)),
+    ):
+        if named is None:
+            raise BadInputError(
+                f'{key} = "{text}"', where, "one of " + ", ".join(known), "Choose one of these."
+            )
+        found[key] = named
+    return ReportSettings(**found)
 
 
 def _limit(section: _LimitSection, rated: float | None, where: str) -> Limit:

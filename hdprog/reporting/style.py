@@ -17,6 +17,7 @@ import matplotlib as mpl
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
+from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.words import tidy
 
 # Okabe and Ito's colours, which people with colour blindness tell apart; every role has its own
@@ -78,6 +79,7 @@ class Picture:
     alt : the finding, for those who do not see it
     shows, good, bad, action : the caption: what is drawn, what a good and a bad one look like,
         what to do
+    data : its numbers, to be saved as a CSV file; None where there are none to give
     """
 
     uri: str
@@ -88,6 +90,7 @@ class Picture:
     good: str
     bad: str
     action: str
+    data: PictureData | None = None
 
 
 @contextmanager
@@ -104,10 +107,29 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
-def picture(figure: Figure, *, alt: str, shows: str, good: str, bad: str, action: str) -> Picture:
+def picture(
+    figure: Figure,
+    *,
+    alt: str,
+    shows: str,
+    good: str,
+    bad: str,
+    action: str,
+    data: PictureData | None = None,
+) -> Picture:
     """Figure as a picture of the page; see `Picture` for the words."""
     width, height = (round(96 * inches) for inches in figure.get_size_inches())
-    return Picture(svg_data_uri(figure), width, height, *map(tidy, (alt, shows, good, bad, action)))
+    return Picture(
+        svg_data_uri(figure),
+        width,
+        height,
+        tidy(alt),
+        tidy(shows),
+        tidy(good),
+        tidy(bad),
+        tidy(action),
+        data,
+    )
 
 
 def svg_data_uri(figure: Figure) -> str:
