@@ -17,6 +17,7 @@ import matplotlib as mpl
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
+from hdprog.reporting.embedded_png import with_palettes
 from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.words import tidy
 
@@ -145,7 +146,9 @@ def svg_data_uri(figure: Figure) -> str:
         dpi=RASTER_DPI,
         metadata={"Date": None, "Creator": None, "Format": None, "Type": None},
     )
-    return "data:image/svg+xml," + quote(compact(buffer.getvalue().decode()), safe=_PLAIN)
+    return "data:image/svg+xml," + quote(
+        compact(with_palettes(buffer.getvalue().decode())), safe=_PLAIN
+    )
 
 
 _PLAIN = " !$()*+,/:;=?@[]^|~"

@@ -36,6 +36,7 @@ from hdprog.reporting.style import (
 )
 from hdprog.results import TestResult
 
+_MOST_ROWS = 250  # in the file of a panel's numbers: a report may hold a dozen of them
 STRUCTURE_CORRELATION = 0.3
 """Correlation of neighbouring residuals from which the report says that structure remains."""
 
@@ -135,6 +136,7 @@ def _data(test: TestResult) -> PictureData:
         *angles,
         MICRORADIAN * fit.residual,
         MICRORADIAN * fit.noise,
+        most=_MOST_ROWS,
     )
 
 
@@ -174,7 +176,7 @@ def _draw_loop(loop: Axes, bent: Axes, test: TestResult, scales: PanelScales) ->
         for first, last, _ in stretches(fit)[:MOST_STRETCHES]:
             part = slice(first, last + 1)
             band = axes.fill_betweenx(at[part], low[part], high[part], color=BAND, linewidth=0)
-            band.set(alpha=0.3, zorder=2.9)
+            band.set(alpha=0.3, zorder=2.0, rasterized=True)
         axes.plot(fitted, at, color=FIT, linewidth=1.3, zorder=3, label=fit_name)
         axes.set_ylim(*scales.torque)
         axes.axhline(0, color=MUTED, linewidth=0.7)
@@ -199,15 +201,16 @@ def _draw_residual(axes: Axes, test: TestResult, scales: PanelScales) -> None:
                 fit.position[first], fit.position[last], color="#eef0f3", linewidth=0, zorder=0
             )
     noise = 2.0 * MICRORADIAN * fit.noise
-    axes.fill_between(fit.position, -noise, noise, color=MUTED, alpha=0.22, linewidth=0, zorder=1)
+    bands: dict[str, Any] = {"linewidth": 0, "rasterized": True}  # as lines they weigh the most
+    axes.fill_between(fit.position, -noise, noise, color=MUTED, alpha=0.22, zorder=1, **bands)
     axes.fill_between(
         fit.position,
         MICRORADIAN * (fit.low - fit.fitted),
         MICRORADIAN * (fit.high - fit.fitted),
         color=BAND,
         alpha=0.45,
-        linewidth=0,
         zorder=2,
+        **bands,
     )
     values = np.clip(MICRORADIAN * fit.residual, -top, top)
     axes.plot(
@@ -221,7 +224,7 @@ def _draw_residual(axes: Axes, test: TestResult, scales: PanelScales) -> None:
         clip_on=False,
         zorder=3,
     )
-    axes.axhline(0, color=FIT, linewidth=0.9, zorder=2.5)
+    axes.axhline(0, color=FIT, linewidth=0.9, zorder=3.5)
     axes.set_xlim(0, max(float(fit.position.max()), len(test.loop) - 1.0))
     axes.set_ylim(-top, top)
     axes.grid(axis="x", visible=False)

@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator, NullLocator
 from hdprog.physics.parameters import FloatArray
 from hdprog.reporting.axes import THOUSANDS
 from hdprog.reporting.picture_data import Cell, PictureData
-from hdprog.reporting.rounding import grouped
+from hdprog.reporting.rounding import percent
 from hdprog.reporting.style import FIT, INK, MUTED, Picture, new_figure, picture
 from hdprog.reporting.words import (
     agree,
@@ -78,7 +78,8 @@ def _panel(axes: Axes, name: str, test: TestResult, draws: ParameterDraws) -> No
     at = np.exp(middles) if logarithmic else middles
     axes.plot(at, _hill(transform(prior), edges), color=MUTED, linewidth=1.2, linestyle=(0, (4, 2)))
     values = transform(posterior)
-    narrow = np.linspace(float(values.min()), float(values.max()), 24)
+    margin = 0.12 * float(np.ptp(values))  # room for the hill to run out
+    narrow = np.linspace(float(values.min()) - margin, float(values.max()) + margin, 32)
     inner = 0.5 * (narrow[1:] + narrow[:-1])
     hill = _hill(values, narrow)
     axes.fill_between(
@@ -132,9 +133,9 @@ def _hill(values: FloatArray, edges: FloatArray) -> FloatArray:
 
 def _alt(test: TestResult, weak: list[str]) -> str:
     narrowed = max(test.parameters, key=lambda name: test.parameters[name].contraction)
-    best = grouped(100.0 * test.parameters[narrowed].contraction, 0)
+    best = percent(test.parameters[narrowed].contraction)
     text = (
-        f"Test {test.test_id}: the record narrowed {parameter_name(narrowed)} most, by {best} % of"
+        f"Test {test.test_id}: the record narrowed {parameter_name(narrowed)} most, by {best} of"
         " its prior variance"
     )
     if not weak:

@@ -106,7 +106,16 @@ def _draw_density(axes: Axes, main: Forecast, end: float) -> None:
             continue
         height = float(np.interp(hour, at, density))
         axes.plot([hour, hour], [0.0, height], color=INK, linewidth=1.3)
-        axes.text(hour, height + 0.04 * top, share(level), ha="center", fontsize=8.5, color=INK)
+        axes.annotate(
+            share(level),
+            (hour, height),
+            xytext=(5, 3),
+            textcoords="offset points",
+            fontsize=8.5,
+            color=INK,
+            zorder=5,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
+        )
     later = 1.0 - main.probability_crossed_by_horizon
     if later > 0.05:
         axes.text(

@@ -75,12 +75,12 @@ def ridge_pairs(test: TestResult, draws: ParameterDraws) -> Picture:
 def _spread(axes: Axes, values: FloatArray, name: str) -> None:
     low, high = _range(values)
     axes.hist(values, bins=24, range=(low, high), color=FIT, alpha=0.45, density=True)
-    top = 1.45 * axes.get_ylim()[1]
+    top = 1.6 * axes.get_ylim()[1]
     axes.set_ylim(0.0, top)
     axes.set_xlim(low, high)
     five, middle, most = np.quantile(values, [0.05, 0.5, 0.95])
-    axes.plot([five, most], [0.78 * top] * 2, color=INK, linewidth=1.8, solid_capstyle="butt")
-    axes.plot([middle], [0.78 * top], "o", color=INK, markersize=4)
+    axes.plot([five, most], [0.7 * top] * 2, color=INK, linewidth=1.8, solid_capstyle="butt")
+    axes.plot([middle], [0.7 * top], "o", color=INK, markersize=4)
     low_text, middle_text, high_text = interval(float(five), float(middle), float(most))
     axes.text(
         0.03,
@@ -125,7 +125,7 @@ def _cloud(axes: Axes, across: FloatArray, below: FloatArray) -> None:
 
 def _label(axes: Axes, across: str, below: str, row: int, column: int) -> None:
     axes.tick_params(labelsize=7.6)
-    axes.xaxis.set_major_locator(MaxNLocator(3))
+    axes.xaxis.set_major_locator(MaxNLocator(4, prune="both"))
     axes.xaxis.set_major_formatter(THOUSANDS)
     if row == len(RIDGE) - 1:
         axes.set_xlabel(_named(across), fontsize=8.5)
