@@ -20,13 +20,7 @@ from hdprog.config.drive import (
     Limit,
     NoiseResolution,
 )
-from hdprog.config.report_settings import (
-    ANGLE_UNITS,
-    TORQUE_UNITS,
-    ReportSettings,
-    angle_unit,
-    torque_unit,
-)
+from hdprog.config.report_settings import ReportSettings, report_settings
 from hdprog.errors import BadInputError
 
 __all__ = ["drive_from_mapping", "read_drive"]
@@ -207,24 +201,9 @@ def drive_from_mapping(mapping: Mapping[str, Any], source: Path | None = None) -
         forecast=ForecastSettings(**content.forecast.model_dump()),
         columns=content.columns.model_dump(exclude_none=True),
         select=dict(content.select),
-        report=_report(content.report, f"{where}, [report]"),
+        report=report_settings(**content.report.model_dump(), where=f"{where}, [report]"),
         source=source,
     )
-
-
-def _report(section: _ReportSection, where: str) -> ReportSettings:
-    """Read the units of reports, each however it is spelt."""
-    found = {}
-    for key, text, known, named in (
-        ("angle_unit", section.angle_unit, ANGLE_UNITS, angle_unit(section.angle_unit)),
-        ("torque_unit", section.torque_unit, TORQUE_UNITS, torque_unit(section.torque_unit)),
-    ):
-        if named is None:
-            raise BadInputError(
-                f'{key} = "{text}"', where, "one of " + ", ".join(known), "Choose one of these."
-            )
-        found[key] = named
-    return ReportSettings(**found)
 
 
 def _limit(section: _LimitSection, rated: float | None, where: str) -> Limit:

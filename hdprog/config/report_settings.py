@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hdprog.units import Dimension, find_unit
+from hdprog.errors import BadInputError
+from hdprog.units import find_unit
 
 ANGLE_UNITS = ("arcmin", "arcsec", "deg", "mrad", "rad")
 TORQUE_UNITS = ("Nm", "in·lbf", "ft·lbf")
@@ -21,18 +22,29 @@ class ReportSettings:
     torque_unit: str = "Nm"
 
 
-def angle_unit(text: str) -> str | None:
-    """Name of a unit for angles in reports, however it is spelt; None for any other."""
-    return _named(text, "angle", ANGLE_UNITS)
+def report_settings(angle_unit: str, torque_unit: str, where: str) -> ReportSettings:
+    """Settings from units however they are spelt ("in-lbf", "lbf in").
+
+    Parameters
+    ----------
+    angle_unit, torque_unit : as written
+    where : for messages
+
+    Raises
+    ------
+    BadInputError
+        for what is no such unit, or one that no report is written in
+    """
+    return ReportSettings(
+        angle_unit=_named("angle_unit", angle_unit, ANGLE_UNITS, where),
+        torque_unit=_named("torque_unit", torque_unit, TORQUE_UNITS, where),
+    )
 
 
-def torque_unit(text: str) -> str | None:
-    """Name of a unit for torques in reports, however it is spelt; None for any other."""
-    return _named(text, "torque", TORQUE_UNITS)
-
-
-def _named(text: str, dimension: Dimension, known: tuple[str, ...]) -> str | None:
+def _named(key: str, text: str, known: tuple[str, ...], where: str) -> str:
     unit = find_unit(text)
-    if unit is None or unit.dimension != dimension or unit.name not in known:
-        return None
+    if unit is None or unit.name not in known:
+        raise BadInputError(
+            f'{key} = "{text}"', where, "one of " + ", ".join(known), "Choose one of these."
+        )
     return unit.name

@@ -76,6 +76,8 @@ def _verdict(result: DriveResult) -> Verdict:
     if not result.converged:
         sentences.append(not_converged(result))
     main = outlook.overall(result.forecasts)
+    if main is not None and len(result.tests) == 1:
+        sentences.append(_one_test(result))
     if main is None:
         sentences += _present(result)
         status: Status = "present"
@@ -227,15 +229,22 @@ def _shutdown(result: DriveResult, main: Forecast) -> list[str]:
     ]
 
 
+def _carrier(result: DriveResult) -> str:
+    fleet = None if result.trend is None else result.trend.fleet
+    return "the prior" if fleet is None else "the fleet"
+
+
+def _one_test(result: DriveResult) -> str:
+    """Too little to see wear in: said before anything that is forecast."""
+    return (
+        f"There is one test only: how fast this drive wears comes from {_carrier(result)}, not "
+        "from the drive."
+    )
+
+
 def _rests_on(result: DriveResult) -> list[str]:
     """Who carried the forecast, where that is not the drive's own tests."""
-    fleet = None if result.trend is None else result.trend.fleet
-    carrier = "the prior" if fleet is None else "the fleet"
-    if len(result.tests) == 1:
-        return [
-            f"There is one test only: how fast this drive wears comes from {carrier}, not from "
-            "the drive."
-        ]
+    carrier = _carrier(result)
     if len(result.tests) == 2:
         return [
             f"With {counted(2, 'test')} the pace of wear still leans on {carrier}: expect the "

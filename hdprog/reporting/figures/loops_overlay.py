@@ -19,6 +19,7 @@ from hdprog.reporting.style import MUTED, Picture, new_figure, picture
 from hdprog.results import TestResult
 
 _MOST_LABELS = 12
+_MOST_POINTS = 240  # of each loop
 _MOST_ROWS = 80  # of each loop, in the file of its numbers
 
 
@@ -41,9 +42,11 @@ def loops_overlay(tests: Sequence[TestResult], scales: PanelScales) -> Picture:
         label = _label(test) if index % every == 0 or index == last else None
         line: dict[str, Any] = {"color": colour, "linewidth": 2.0 if index == last else 1.2}
         fit = test.fit
-        torque = force.factor * fit.torque
-        loop.plot(seen.factor * (fit.fitted - angle_zero(fit)), torque, **line)
-        bent.plot(straightened(fit, fit.fitted, fit.torque), torque, label=label, **line)
+        drawn = few(fit.torque.size, _MOST_POINTS)
+        torque, angle = fit.torque[drawn], fit.fitted[drawn]
+        at = force.factor * torque
+        loop.plot(seen.factor * (angle - angle_zero(fit)), at, **line)
+        bent.plot(straightened(fit, angle, torque), at, label=label, **line)
     for axes in (loop, bent):
         axes.set_ylim(*scales.torque)
         axes.axhline(0, color=MUTED, linewidth=0.7)

@@ -84,7 +84,7 @@ def remaining_life(forecasts: Sequence[Forecast], shutdown_hours: float | None) 
 
 def _draw_density(axes: Axes, main: Forecast, end: float) -> None:
     """Draw the hill of the hours, its middle 90 % darker, and what lies outside in words."""
-    at = np.linspace(main.now_hours, end, 400)
+    at = np.linspace(main.now_hours, end, 240)
     density = crossing_density(main, at)
     axes.set_yticks([])
     axes.set_ylabel("density")

@@ -207,7 +207,7 @@ def _draw_density(
     """Stand the density of the crossing on the limit line, on the side that is past it."""
     if forecast.already_crossed:
         return
-    at = np.linspace(forecast.now_hours, end, 400)
+    at = np.linspace(forecast.now_hours, end, 160)
     density = crossing_density(forecast, at)
     if not density.any():
         return

@@ -15,6 +15,7 @@ from hdprog.results import DriveResult, TestResult
 
 _CLEAR = 2.0  # standard deviations of the difference from which a change is said to be clear
 _NONE = "–"
+_UNMOVED = "none of the figures that matter here has moved"
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,8 @@ def changes(result: DriveResult) -> Changes | None:
         rows,
         doubtful=not (before.converged and now.converged),
     )
-    return Changes(_text(keys, before, now), table)
+    told = [key for key in keys if key in limited] or keys
+    return Changes(_text(told, before, now), table)
 
 
 def _head(test: TestResult) -> str:
@@ -110,7 +112,7 @@ def _text(keys: list[str], before: TestResult, now: TestResult) -> str:
         since += f", {hours(now.service_hours - before.service_hours)} earlier"
     if now.event:
         since += f" and before the drive was {now.event}"
-    said = "; ".join(parts) if parts else "no figure has moved by more than the two tests' noise"
+    said = "; ".join(parts) if parts else f"{_UNMOVED} by more than the two tests' noise"
     text = f"{since}: {said}."
     added = [effect_name(effect) for effect in now.effects if effect not in before.effects]
     gone = [effect_name(effect) for effect in before.effects if effect not in now.effects]
