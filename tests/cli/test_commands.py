@@ -177,5 +177,5 @@ def test_a_unit_that_no_report_has_is_refused_before_the_work(
 ) -> None:
     shown = invoke("run", "drive", "--angle-unit", "Nm")
     assert shown.exit_code == 2
-    assert "--angle-unit: found \"Nm\", expected one of arcmin, arcsec, deg" in shown.stderr
+    assert '--angle-unit: found "Nm", expected one of arcmin, arcsec, deg' in shown.stderr
     assert workflow.calls == []

@@ -1,6 +1,6 @@
 """What a golden file holds of a report: its verdict, its structure and what its pictures find.
 
-    python -m tests.reporting.golden_text        writes all golden files anew; read their changes
+python -m tests.reporting.golden_text        writes all golden files anew; read their changes
 """
 
 from __future__ import annotations
