@@ -4,8 +4,8 @@
     python tests/measured_effects.py --table        the tables of the guide page, from the JSON
 
 DIR holds the folders torsion-spring and cycloidal-torque-ramps; they are no part of the project.
-Writes reports/guide/measured-effects.json (entries of files that were not run are kept). The reports
-of two of the records are made by tests/example_reports.
+Writes reports/guide/measured-effects.json (entries of files that were not run are kept). Reports of
+two of the records are made by tests/example_reports.
 """
 
 from __future__ import annotations

@@ -151,17 +151,24 @@ def svg_data_uri(figure: Figure) -> str:
     )
 
 
-_PLAIN = " !$()*+,/:;=?@[]^|~"
+_PLAIN = " !$'()*+,/:;=?@[]^|~"
 _HEAD = re.compile(r"^<\?xml.*?(?=<svg)", re.DOTALL)
 _COMMENT = re.compile(r"<!--.*?-->|<metadata>.*?</metadata>", re.DOTALL)
 _SPACE = re.compile(r"\s+")
 _TAG_GAP = re.compile(r"\s*(?<=>)\s+(?=<)")
+_STYLE_GAP = re.compile(r"(?<=[:;]) +(?=[^\"]*\")")
+_STYLED = re.compile(r'style="[^"]*"')
 # Numbers below one (scales, opacities) and the pixels of images keep all their digits.
 _COORDINATE = re.compile(r"(?<![\w.+/])([1-9]\d*\.\d\d)\d+(?![\w+/])")
 
 
 def compact(svg: str) -> str:
-    """SVG without document type, comments and metadata, coordinates to 0.01 of a point."""
+    """SVG without document type, comments and metadata, coordinates to 0.01 of a point.
+
+    Attributes stand in single quotes where they can, which an address need not escape.
+    """
     svg = _COMMENT.sub("", _HEAD.sub("", svg))
     svg = _TAG_GAP.sub("", _SPACE.sub(" ", svg))
-    return _COORDINATE.sub(r"\1", svg)
+    svg = _STYLED.sub(lambda found: _STYLE_GAP.sub("", found[0]), svg)
+    svg = _COORDINATE.sub(r"\1", svg)
+    return svg if "'" in svg else svg.replace('"', "'")

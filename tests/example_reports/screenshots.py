@@ -22,6 +22,10 @@ def take() -> list[Path]:
     if CHROMIUM is None:
         print("No Chromium browser is installed: README's pictures stay as they are.")
         return []
+    missing = {name for name, *_ in _SHOTS if not (REPORTS / f"{name}.html").is_file()}
+    if missing:
+        print(f"README's pictures stay as they are: no report {', '.join(sorted(missing))} yet.")
+        return []
     taken = []
     with chromium() as browser:
         for name, file, scheme, width, height, scale in _SHOTS:

@@ -36,7 +36,7 @@ from hdprog.reporting.style import (
 )
 from hdprog.results import TestResult
 
-_MOST_ROWS = 250  # in the file of a panel's numbers: a report may hold a dozen of them
+_MOST_ROWS = 200  # in the file of a panel's numbers: a report may hold a dozen of them
 STRUCTURE_CORRELATION = 0.3
 """Correlation of neighbouring residuals from which the report says that structure remains."""
 
