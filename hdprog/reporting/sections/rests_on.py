@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from hdprog.reporting.reader_units import shown
 from hdprog.reporting.rounding import (
@@ -140,11 +141,11 @@ def _tooth_angle(test: TestResult) -> Table | None:
             interval(*(factor * values[at] for at in (0.05, 0.50, 0.95)))
             for values in (levels, changed)
         )
-        change = 100 * (changed[0.50] / levels[0.50] - 1)
+        change = _change(levels, changed)
         cells = (
             Value(significant(factor * levels[0.50]), f"{before[0]} to {before[2]}"),
             Value(significant(factor * changed[0.50]), f"{after[0]} to {after[2]}"),
-            with_unit(grouped(change, 0), "%"),
+            "–" if change is None else with_unit(grouped(100 * change, 0), "%"),
         )
         unit = quantity(name).unit if summary is None else ""
         rows.append(Row(_name(name), cells, note=parameter_meaning(name) or unit))
@@ -154,7 +155,8 @@ def _tooth_angle(test: TestResult) -> Table | None:
         f"{test.test_id} gives what is below; where that matters, set alpha_deg in drive.toml."
     )
     if still:
-        most = max(abs(other.figures[key][0.50] / test.figures[key][0.50] - 1) for key in still)
+        changes = [_change(test.figures[key], other.figures[key]) for key in still]
+        most = max((abs(change) for change in changes if change is not None), default=0.0)
         names = [quantity(key).name for key in still]
         kinds = dict.fromkeys("stiffness" if "stiffness" in name else name for name in names)
         caption += (
@@ -163,6 +165,11 @@ def _tooth_angle(test: TestResult) -> Table | None:
             "their intervals."
         )
     return Table.flat(caption, ("number", f"{now}, assumed", then, "change"), rows)
+
+
+def _change(levels: Mapping[float, float], changed: Mapping[float, float]) -> float | None:
+    """Part by which a median changed; None from zero, as the width of a loop without friction."""
+    return changed[0.50] / levels[0.50] - 1 if levels[0.50] != 0 else None
 
 
 def _up(value: float) -> str:
