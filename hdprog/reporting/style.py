@@ -17,6 +17,7 @@ import matplotlib as mpl
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
+from hdprog.reporting.drawn_lines import drawn_lines
 from hdprog.reporting.embedded_png import with_palettes
 from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.words import tidy
@@ -118,7 +119,10 @@ def picture(
     action: str,
     data: PictureData | None = None,
 ) -> Picture:
-    """Figure as a picture of the page; see `Picture` for the words."""
+    """Figure as a picture of the page; see `Picture` for the words.
+
+    Without `data` the file of its numbers holds the lines as they are drawn.
+    """
     width, height = (round(96 * inches) for inches in figure.get_size_inches())
     return Picture(
         svg_data_uri(figure),
@@ -129,7 +133,7 @@ def picture(
         tidy(good),
         tidy(bad),
         tidy(action),
-        data,
+        drawn_lines(figure, alt[:40]) if data is None else data,
     )
 
 

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from hdprog.reporting.build import build_report
+from hdprog.reporting.fleet_index import build_fleet_index, fleet_drive
+from hdprog.reporting.summary import summary_json
 from tests.browser import chromium, needs_chromium
 from tests.reporting.situations import SITUATIONS
 
@@ -84,6 +86,30 @@ def test_every_situation_is_accessible(
     page, faults = opened(browser, path, scheme, 1200)
     assert violations(page) == []
     assert faults == []
+    page.context.close()
+
+
+@pytest.mark.parametrize(("scheme", "width"), [("light", 1200), ("dark", 390)])
+def test_the_fleet_index_is_accessible(
+    browser: Browser, tmp_path: Path, scheme: str, width: int
+) -> None:
+    made = [summary_json(SITUATIONS[name]()) for name in ("past-the-limit", "healthy")]
+    content = {
+        "fleet": "cell 3",
+        "created": "2026-03-02T05:58:00+00:00",
+        "quick": False,
+        "seed": 0,
+        "command": "hdprog fleet cell3",
+        "hdprog_version": "0.1.0",
+        "drives": [fleet_drive(f"d{i}", f"drives/d{i}", one) for i, one in enumerate(made)],
+        "left_out": [{"folder": "d9", "reason": "no tests.csv"}],
+    }
+    path = tmp_path / "index.html"
+    path.write_text(build_fleet_index(content), "utf-8")
+    page, faults = opened(browser, path, scheme, width)
+    assert violations(page) == []
+    assert faults == []
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     page.context.close()
 
 
