@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import json
 import os
 import re
 import shlex
@@ -66,12 +65,14 @@ def build(example: Example, data: Path | None) -> Built:
             sys.exit(f"{example.command}\nended with {done.returncode}:\n{done.stderr}")
         [folder] = place.glob("hdprog-*")
         report = (folder / "report.html").read_text("utf-8")
-        summary = json.loads((folder / "summary.json").read_text("utf-8"))
     text = report.replace(" --quiet", "")
     (REPORTS / f"{example.name}.html").write_text(
         _of_measured(text, example.source) if example.source else text, "utf-8"
     )
-    return _built(example, summary["verdict"])
+    built = kept(example)
+    if built is None:
+        sys.exit(f"{example.command}\nleft no report")
+    return built
 
 
 def _of_measured(report: str, source: str) -> str:
@@ -82,17 +83,6 @@ def _of_measured(report: str, source: str) -> str:
     return _NUMBERS.sub("", named)
 
 
-def _built(example: Example, verdict: dict[str, object]) -> Built:
-    sentences = re.split(r"(?<=[.!?]) (?=[A-Z])", str(verdict["text"]))
-    return Built(
-        example,
-        str(verdict["status"]),
-        bool(verdict["provisional"]),
-        str(verdict["label"]),
-        " ".join(sentences[:2] if verdict["provisional"] else sentences[:1]),
-    )
-
-
 def kept(example: Example) -> Built | None:
     """What the index says of a report that is there already; None where there is none."""
     path = REPORTS / f"{example.name}.html"
@@ -101,16 +91,19 @@ def kept(example: Example) -> Built | None:
     text = path.read_text("utf-8")
     found = re.search(
         r'<section class="verdict (?P<status>\w+)(?P<provisional> provisional)?".*?'
-        r'<h2 id="verdict">(?P<label>.*?)</h2>\s*<p class="lead">(?P<lead>.*?)</p>',
+        r'<h2 id="verdict">(?P<label>.*?)</h2>\s*<p class="lead">(?P<lead>.*?)</p>'
+        r"(?:\s*<p>(?P<rest>.*?)</p>)?",
         text,
         re.DOTALL,
     )
     if found is None:
         sys.exit(f"{path} has no verdict")
+    sentences = re.split(r"(?<=[.!?]) (?=[A-Z])", found["rest"] or "")
+    told = [one for one in sentences if example.tells and example.tells in one]
     return Built(
         example,
         found["status"],
         bool(found["provisional"]),
         html.unescape(found["label"]),
-        html.unescape(found["lead"]),
+        html.unescape((told or [found["lead"]])[0]),
     )

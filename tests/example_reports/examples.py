@@ -25,6 +25,7 @@ class Example:
     look_at : what it is there to show
     command : what made it; DATA is the folder of measured records
     converges : whether it does; one that shows the opposite has to fail
+    tells : words of the sentence of its verdict that the index gives; the first without any
     source : of a measured record, with its licence; its numbers are not handed on
     """
 
@@ -34,6 +35,7 @@ class Example:
     command: str
     source: str = ""
     converges: bool = True
+    tells: str = ""
 
 
 EXAMPLES = (
@@ -56,6 +58,7 @@ EXAMPLES = (
         "Something acts in every test that the drive model lacks: what it is, the error before "
         "and after, and what it had done to the figures.",
         "hdprog run datasets/undeclared-effect/one-effect",
+        tells="the error goes",
     ),
     Example(
         "unexplained",
@@ -63,6 +66,7 @@ EXAMPLES = (
         "One loop with a shape that no known mechanism gives: it is drawn and left open.",
         "hdprog explain datasets/undeclared-effect/on-no-list/loops/t01.csv "
         "--drive datasets/undeclared-effect/on-no-list/drive.toml",
+        tells="none of the known effects",
     ),
     Example(
         "not-converged",

@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 from hdprog.physics.parameters import FloatArray
 from hdprog.reporting.axes import THOUSANDS
 from hdprog.reporting.picture_data import PictureData
-from hdprog.reporting.rounding import MINUS, interval
+from hdprog.reporting.rounding import grouped, interval
 from hdprog.reporting.style import FIT, INK, Picture, new_figure, picture
 from hdprog.reporting.words import (
     listed,
@@ -113,7 +113,7 @@ def _cloud(axes: Axes, across: FloatArray, below: FloatArray) -> None:
     axes.text(
         0.96,
         0.95,
-        f"r = {_rank_correlation(across, below):.2f}".replace("-", MINUS),
+        f"r = {grouped(_rank_correlation(across, below), 2)}",
         transform=axes.transAxes,
         ha="right",
         va="top",
