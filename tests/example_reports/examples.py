@@ -49,7 +49,7 @@ EXAMPLES = (
     Example(
         "healthy-drive",
         "A healthy drive",
-        "The same drive with little wear: what is said when there is nothing to do.",
+        "The same drive with little wear: how far off its limits are, and when to test next.",
         "hdprog run datasets/healthy-csf-25-80",
     ),
     Example(
