@@ -12,9 +12,11 @@ from hdprog.errors import BadInputError
 from hdprog.reporting.build import build_report
 from hdprog.reporting.fleet_words import fleet_entry
 from hdprog.reporting.reader_units import loop_angle, shown, shown_in
+from hdprog.reporting.sections.paper_method import paper_method
+from hdprog.reporting.sections.table import Cell, Value
 from hdprog.reporting.summary import summary_json
 from hdprog.reporting.verdict import verdict
-from hdprog.results import DriveResult
+from hdprog.results import DriveResult, PaperIdentification
 from tests.reporting import drives, explanations
 from tests.reporting.page import Page, spaced
 
@@ -100,3 +102,34 @@ def test_drive_toml_sets_the_units_however_they_are_spelt() -> None:
 def test_a_unit_that_no_report_has_is_refused(report: dict[str, str]) -> None:
     with pytest.raises(BadInputError, match=r"\[report\]: found .* expected one of"):
         drive_from_mapping({"drive": {"id": "x"}, "report": report})
+
+
+def test_the_papers_own_numbers_are_converted_with_their_units() -> None:
+    test = drives.single_fit().tests[0]
+    values = {name: one.quantiles[0.5] for name, one in test.parameters.items()}
+    found = PaperIdentification(
+        points={},
+        parameters=values,
+        other_choices={name: (value, value) for name, value in values.items()},
+        choices_tried=1,
+        choices_solved=1,
+        threshold_read=10.0,
+        rmse_rad=1e-5,
+        figures={"lost_motion_arcmin": test.figures["lost_motion_arcmin"][0.5]},
+    )
+    told = []
+    for settings in (ReportSettings(), POUNDS):
+        with shown_in(settings):
+            part = paper_method(replace(test, paper=found))
+        assert part is not None
+        told.append({row.head: row for group in part.table.groups for row in group.rows})
+    for head, factor, unit in (("K_F", 8.850746, "in·lbf/rad"), ("Lost motion", 0.29089, "mrad")):
+        usual, own = told[0][head], told[1][head]
+        assert unit in own.note
+        assert number(own.cells[0]) / number(usual.cells[0]) == pytest.approx(factor, rel=0.01)
+        assert number(own.cells[1]) / number(usual.cells[1]) == pytest.approx(factor, rel=0.02)
+
+
+def number(cell: Cell) -> float:
+    text = cell.text if isinstance(cell, Value) else cell
+    return float(text.replace("\u202f", ""))
