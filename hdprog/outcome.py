@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from hdprog.atomic import atomic_directory
+from hdprog.config import ReportSettings
 from hdprog.errors import UsageError
 from hdprog.explanation import DriveExplanation, ErrorFigures, Explanation, FoundEffect
 from hdprog.inference.posterior import Posterior
@@ -76,6 +77,12 @@ class Outcome:
         """The outcome in plain words."""
         return self.sentence
 
+    def reported(self, change: Callable[[ReportSettings], ReportSettings]) -> Self:
+        """The same with the settings of its report changed; its numbers stay as they are."""
+        drive = self.result.drive
+        told = replace(drive, report=change(drive.report))
+        return replace(self, result=replace(self.result, drive=told))
+
     def document(self) -> dict[str, Any]:
         """What a command prints as JSON: the summary."""
         return self.summary()
@@ -120,8 +127,6 @@ class Outcome:
 
     def write(self, out: str | Path, command: str = "Python API") -> None:
         """Write the JSON files, report.html and the posteriors, whole or not at all."""
-        from dataclasses import replace
-
         from hdprog.reporting.build import build_report
         from hdprog.reporting.explain_json import explain_json
 

@@ -113,6 +113,19 @@ class OtherToothAngle:
 
 
 @dataclass(frozen=True)
+class ParameterDraws:
+    """Some draws of a test's eight parameters in their physical units, to be looked at.
+
+    Attributes
+    ----------
+    posterior, prior : name → (draws,); the draws of one point stand at one place in all parameters
+    """
+
+    posterior: Mapping[str, FloatArray]
+    prior: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True)
 class PaperIdentification:
     """Point estimate by the paper's own identification: five points, then least squares.
 
@@ -198,6 +211,8 @@ class TestResult:
     """None where the tooth angle is declared."""
     paper: PaperIdentification | None = None
     """The paper's own identification, where it was asked for."""
+    draws: ParameterDraws | None = None
+    """Some draws, for pictures of the posterior."""
 
 
 @dataclass(frozen=True)

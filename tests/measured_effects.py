@@ -4,8 +4,8 @@
     python tests/measured_effects.py --table        the tables of the guide page, from the JSON
 
 DIR holds the folders torsion-spring and cycloidal-torque-ramps; they are no part of the project.
-Writes reports/guide/measured-effects.json (entries of files that were not run are kept) and two
-reports beside the guide.
+Writes reports/guide/measured-effects.json (entries of files that were not run are kept). Reports of
+two of the records are made by tests/example_reports.
 """
 
 from __future__ import annotations
@@ -14,9 +14,7 @@ import argparse
 import csv
 import json
 import math
-import shutil
 import sys
-import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -51,8 +49,6 @@ class Kind:
     columns: str
     select: str | None
     stems: tuple[str, ...]
-    shown: str  # the stem whose report is kept
-    report: str
 
     def command(self, name: str, quick: bool) -> str:
         """Write the command line that gives the same result."""
@@ -67,8 +63,6 @@ KINDS = {
         "torque=torque_out:Nm,angle=displacement:deg,time=time:s",
         None,
         ("kt-4-7", "kt-4-8", "kt-6-1", "kt-6-2", "kt-8-1", "kt-8-2"),
-        "kt-8-1",
-        "measured-torsion-spring.html",
     ),
     "cycloidal": Kind(
         "cycloidal-torque-ramps",
@@ -83,8 +77,6 @@ KINDS = {
             "conic_3pre1",
             "conic_5pre1",
         ),
-        "base_init1",
-        "measured-cycloidal-reducer.html",
     ),
 }
 REPEATS = (("kt-4-7", "kt-4-8"), ("kt-6-1", "kt-6-2"), ("kt-8-1", "kt-8-2"))
@@ -222,10 +214,6 @@ def explained(kind: Kind, path: Path, stem: str, quick: bool) -> dict[str, Any]:
     found = outcome.explanation
     assert isinstance(found, Explanation)
     command = kind.command(path.name, quick)
-    if stem == kind.shown:
-        with tempfile.TemporaryDirectory() as scratch:
-            outcome.write(Path(scratch, "out"), command)
-            shutil.copyfile(Path(scratch, "out", "report.html"), ROOT / "reports" / kind.report)
     repeatability = found.repeatability_rad
     entry = {
         "record": stem,

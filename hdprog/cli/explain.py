@@ -6,6 +6,7 @@ import typer
 
 from hdprog.cli.common import command_line, conclude, output_folder, read_record
 from hdprog.cli.options import (
+    AngleUnit,
     AsJson,
     Columns,
     DriveFile,
@@ -16,8 +17,10 @@ from hdprog.cli.options import (
     Quiet,
     Seed,
     Select,
+    TorqueUnit,
 )
 from hdprog.cli.progress import progress
+from hdprog.cli.report_units import wanted_units
 from hdprog.errors import UsageError
 
 
@@ -33,6 +36,8 @@ def explain(
     quick: Quick = False,
     quiet: Quiet = False,
     pdf: Pdf = False,
+    angle_unit: AngleUnit = None,
+    torque_unit: TorqueUnit = None,
 ) -> None:
     """Trace a residual to the effect that the drive model lacks.
 
@@ -45,6 +50,7 @@ def explain(
             "--drive, --columns, --select: found beside a drive folder, whose drive.toml says "
             "these things. Leave them out, or name a loop file."
         )
+    units = wanted_units(angle_unit, torque_unit)
     folder = output_folder(out, record.resolve().name.split(".")[0], pdf=pdf)
     if of_drive:
         from hdprog import workflow
@@ -57,4 +63,4 @@ def explain(
 
         with progress(quiet=quiet) as report:
             result = workflow.explain(loop, settings, seed=seed, quick=quick, progress=report)
-    conclude(result, folder, command_line(ctx), as_json=as_json, pdf=pdf)
+    conclude(result.reported(units), folder, command_line(ctx), as_json=as_json, pdf=pdf)

@@ -8,6 +8,7 @@ import typer
 
 from hdprog.cli.common import command_line, conclude, output_folder, read_record, split_ids
 from hdprog.cli.options import (
+    AngleUnit,
     AsJson,
     Columns,
     DriveFile,
@@ -18,8 +19,10 @@ from hdprog.cli.options import (
     Quiet,
     Seed,
     Select,
+    TorqueUnit,
 )
 from hdprog.cli.progress import progress
+from hdprog.cli.report_units import wanted_units
 from hdprog.errors import UsageError
 
 
@@ -47,6 +50,8 @@ def fit(
     quick: Quick = False,
     quiet: Quiet = False,
     pdf: Pdf = False,
+    angle_unit: AngleUnit = None,
+    torque_unit: TorqueUnit = None,
 ) -> None:
     """Fit one loop and write its report.
 
@@ -54,6 +59,7 @@ def fit(
     """
     if method not in ("posterior", "paper"):
         raise UsageError(f"--method: found {method!r}, expected posterior or paper")
+    units = wanted_units(angle_unit, torque_unit)
     folder = output_folder(out, loop.name.split(".")[0], pdf=pdf)
     record, settings = read_record(loop, drive, columns, select)
     from hdprog import workflow  # slow to import; a bad record is told before
@@ -71,4 +77,6 @@ def fit(
     advice = None
     if method == "paper":
         advice = "The paper's own identification stands beside the posterior under Parameters."
-    conclude(result, folder, command_line(ctx), as_json=as_json, pdf=pdf, advice=advice)
+    conclude(
+        result.reported(units), folder, command_line(ctx), as_json=as_json, pdf=pdf, advice=advice
+    )

@@ -51,6 +51,22 @@ Pdf = Annotated[
     bool,
     typer.Option("--pdf", help="Write report.pdf beside report.html (extra `pdf`)."),
 ]
+AngleUnit = Annotated[
+    str | None,
+    typer.Option(
+        "--angle-unit",
+        metavar="UNIT",
+        help="Unit of angles in the report: arcmin, arcsec, deg, mrad or rad.",
+    ),
+]
+TorqueUnit = Annotated[
+    str | None,
+    typer.Option(
+        "--torque-unit",
+        metavar="UNIT",
+        help="Unit of torques in the report: Nm, in-lbf or ft-lbf.",
+    ),
+]
 DriveFile = Annotated[
     Path | None,
     typer.Option("--drive", help="drive.toml with the drive's model, limits and noise."),

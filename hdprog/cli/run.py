@@ -8,8 +8,19 @@ from typing import Annotated
 import typer
 
 from hdprog.cli.common import command_line, conclude, output_folder
-from hdprog.cli.options import AsJson, DriveFolder, Out, Pdf, Quick, Quiet, Seed
+from hdprog.cli.options import (
+    AngleUnit,
+    AsJson,
+    DriveFolder,
+    Out,
+    Pdf,
+    Quick,
+    Quiet,
+    Seed,
+    TorqueUnit,
+)
 from hdprog.cli.progress import progress
+from hdprog.cli.report_units import wanted_units
 
 
 def run(
@@ -43,6 +54,8 @@ def run(
     quick: Quick = False,
     quiet: Quiet = False,
     pdf: Pdf = False,
+    angle_unit: AngleUnit = None,
+    torque_unit: TorqueUnit = None,
 ) -> None:
     """Fit a drive's tests and forecast its limits.
 
@@ -50,6 +63,7 @@ def run(
     hours and forecasts when each limit is crossed. Writes summary.json, explain.json, report.html
     and posteriors/*.nc.
     """
+    units = wanted_units(angle_unit, torque_unit)
     folder = output_folder(out, drive_dir.resolve().name, pdf=pdf)
     from hdprog import workflow
 
@@ -63,4 +77,4 @@ def run(
             fleet=fleet,
             progress=report,
         )
-    conclude(result, folder, command_line(ctx), as_json=as_json, pdf=pdf)
+    conclude(result.reported(units), folder, command_line(ctx), as_json=as_json, pdf=pdf)

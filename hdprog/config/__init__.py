@@ -2,6 +2,7 @@
 
 from hdprog.config.drive import QUANTITIES, Drive, ForecastSettings, Limit, NoiseResolution
 from hdprog.config.drive_file import drive_from_mapping, read_drive
+from hdprog.config.report_settings import ReportSettings
 
 __all__ = [
     "QUANTITIES",
@@ -9,6 +10,7 @@ __all__ = [
     "ForecastSettings",
     "Limit",
     "NoiseResolution",
+    "ReportSettings",
     "drive_from_mapping",
     "read_drive",
 ]

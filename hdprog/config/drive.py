@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from hdprog.config.report_settings import ReportSettings
+
 STIFFNESSES_AT_TORQUE = ("local_stiffness_Nm_per_rad", "secant_stiffness_Nm_per_rad")
 QUANTITIES = (
     "hysteresis_width_arcmin",
@@ -69,7 +71,8 @@ class Drive:
     `alpha` is the gear-tooth angle, never fitted; `alpha_declared` is False where it is the
     default of 30 degrees. `prior` is a name in priors/ or a path. `columns` maps a role (torque,
     angle, time, temperature, output_angle) to ``HEADER:unit`` of the drive's logs; `select` maps a
-    column to the values of the rows to keep. `source` is the file that all this was read from.
+    column to the values of the rows to keep. `report` says how a report is written. `source` is
+    the file that all this was read from.
     """
 
     id: str = "drive"
@@ -85,6 +88,7 @@ class Drive:
     forecast: ForecastSettings = ForecastSettings()
     columns: Mapping[str, str] = field(default_factory=dict)
     select: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    report: ReportSettings = field(default_factory=ReportSettings)
     source: Path | None = None
 
     @classmethod

@@ -20,6 +20,7 @@ from hdprog.config.drive import (
     Limit,
     NoiseResolution,
 )
+from hdprog.config.report_settings import ReportSettings, report_settings
 from hdprog.errors import BadInputError
 
 __all__ = ["drive_from_mapping", "read_drive"]
@@ -85,6 +86,11 @@ class _ColumnsSection(_Section):
     output_angle: str | None = None
 
 
+class _ReportSection(_Section):
+    angle_unit: _Text = ReportSettings.angle_unit
+    torque_unit: _Text = ReportSettings.torque_unit
+
+
 class _DriveFile(_Section):
     drive: _DriveSection
     noise: _NoiseSection = _NoiseSection()
@@ -93,6 +99,7 @@ class _DriveFile(_Section):
     forecast: _ForecastSection = _ForecastSection()
     columns: _ColumnsSection = _ColumnsSection()
     select: dict[_Text, _Values] = {}
+    report: _ReportSection = _ReportSection()
 
 
 _SECTIONS: dict[str, type[_Section]] = {
@@ -102,6 +109,7 @@ _SECTIONS: dict[str, type[_Section]] = {
     "limits": _LimitSection,
     "forecast": _ForecastSection,
     "columns": _ColumnsSection,
+    "report": _ReportSection,
 }
 
 
@@ -193,6 +201,7 @@ def drive_from_mapping(mapping: Mapping[str, Any], source: Path | None = None) -
         forecast=ForecastSettings(**content.forecast.model_dump()),
         columns=content.columns.model_dump(exclude_none=True),
         select=dict(content.select),
+        report=report_settings(**content.report.model_dump(), where=f"{where}, [report]"),
         source=source,
     )
 

@@ -10,6 +10,7 @@ from hdprog.config import Drive
 from hdprog.inference.identification import identification
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.power_scaling import loop_sensitivities
+from hdprog.inference.shown_draws import shown_draws
 from hdprog.inference.tooth_angle import assumed, with_other_tooth_angle
 from hdprog.physics.figures import FigureRequest, Operation, standard_requests
 from hdprog.physics.parameters import NAMES, FloatArray
@@ -119,6 +120,7 @@ def summarise(
         identification=identification(posterior),
         sensitivity=by_parameter | by_figure,
         other_tooth_angle=other,
+        draws=shown_draws(posterior),
     )
 
 

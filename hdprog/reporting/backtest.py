@@ -53,7 +53,7 @@ def build_backtest_report(result: BacktestResult) -> str:
             warnings=tables.warnings(result),
             sections=sections,
             method=tables.method(result),
-            provenance=provenance.provenance(result.provenance, result.seconds),
+            provenance=provenance.provenance(result.provenance),
         )
     )
 

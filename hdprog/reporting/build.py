@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 
@@ -12,10 +12,14 @@ from hdprog.reporting import outlook
 from hdprog.reporting.drive_name import drive_name, is_declared
 from hdprog.reporting.figures.loop_panel import PanelScales, loop_panel
 from hdprog.reporting.figures.loops_overlay import loops_overlay
+from hdprog.reporting.figures.prior_posterior import prior_posterior
 from hdprog.reporting.figures.remaining_life import remaining_life
+from hdprog.reporting.figures.ridge_pairs import ridge_pairs
 from hdprog.reporting.figures.trend_fan import trend_fan
+from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.rounding import plain
 from hdprog.reporting.sections import (
+    changes,
     effects,
     facts,
     method,
@@ -30,7 +34,7 @@ from hdprog.reporting.sections import remaining_life as life
 from hdprog.reporting.style import Picture, house_style
 from hdprog.reporting.verdict import verdict
 from hdprog.reporting.words import capital, counted, quantity, tidy, torque_words
-from hdprog.results import DriveResult, TestResult
+from hdprog.results import DriveResult, ParameterDraws, TestResult
 
 
 @dataclass(frozen=True)
@@ -51,16 +55,22 @@ def build_report(result: DriveResult, catalogue: Mapping[str, float] | None = No
     result : a run's, or a single fit's (no forecasts)
     catalogue : the maker's figures by their keys (e.g. `K1_Nm_per_rad`), shown beside the tests'
     """
-    with house_style():
-        scales = PanelScales.of(result.tests)
-        main = outlook.overall(result.forecasts)
-        pictures = {
-            "life": _life(result),
-            "trends": _trends(result),
-            "effects": effects.effects(result.explanation),
-            "overlay": loops_overlay(result.tests, scales) if len(result.tests) > 1 else None,
-            "panels": [_panel(test, scales) for test in result.tests],
-        }
+    with house_style(), shown_in(result.drive.report):
+        return _page(result, catalogue or {})
+
+
+def _page(result: DriveResult, catalogue: Mapping[str, float]) -> str:
+    """Report under the house style, in the reader's units."""
+    scales, main = PanelScales.of(result.tests), outlook.overall(result.forecasts)
+    pictures = {
+        "life": _life(result),
+        "trends": _trends(result),
+        "effects": effects.effects(result.explanation),
+        "overlay": loops_overlay(result.tests, scales) if len(result.tests) > 1 else None,
+        "panels": [_panel(test, scales) for test in result.tests],
+        "against_prior": _of_draws(result, prior_posterior),
+        "ridge": _of_draws(result, ridge_pairs),
+    }
     trend, said = result.trend, verdict(result)
     return (
         environment()
@@ -78,7 +88,8 @@ def build_report(result: DriveResult, catalogue: Mapping[str, float] | None = No
             loads=None if main is None else life.loads_table(result),
             limits=None if main is None else life.limits_table(result),
             overview=tests.overview(result),
-            figures=tests.figures(result, catalogue or {}),
+            figures=tests.figures(result, catalogue),
+            changed=changes.changes(result),
             parameters=tests.parameters(result),
             rests_on=rests_on.rests_on(result),
             paper=paper_method.paper_method(result.tests[-1]),
@@ -87,7 +98,7 @@ def build_report(result: DriveResult, catalogue: Mapping[str, float] | None = No
             shrinkage=None if trend is None else shrinkage.shrinkage(trend),
             method=method.method(result),
             words=_words(result),
-            provenance=provenance.provenance(result.provenance, result.seconds),
+            provenance=provenance.provenance(result.provenance),
         )
     )
 
@@ -103,6 +114,14 @@ def environment() -> jinja2.Environment:
     )
     environment.filters["tidy"] = tidy
     return environment
+
+
+def _of_draws(
+    result: DriveResult, drawn: Callable[[TestResult, ParameterDraws], Picture]
+) -> Picture | None:
+    """Picture of the last test's draws; None where a result was kept without them."""
+    test = result.tests[-1]
+    return None if test.draws is None else drawn(test, test.draws)
 
 
 def _life(result: DriveResult) -> Picture | None:

@@ -64,6 +64,6 @@ def build_comparison_report(result: Comparison) -> str:
             warnings=tables.warnings(result),
             sections=sections,
             method=tables.method(result),
-            provenance=provenance.provenance(result.provenance, result.seconds),
+            provenance=provenance.provenance(result.provenance),
         )
     )

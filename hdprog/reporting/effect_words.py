@@ -19,6 +19,7 @@ from hdprog.physics.figures import ARCMIN_PER_RAD
 from hdprog.physics.parameters import FloatArray
 from hdprog.reporting.error_words import before_and_after, errors, not_predicted
 from hdprog.reporting.pooled import pooled_carriers
+from hdprog.reporting.reader_units import shown
 from hdprog.reporting.rounding import hours, hours_up, rounded, without_unit
 from hdprog.reporting.words import agree, listed, spoken, with_unit
 
@@ -61,7 +62,9 @@ _COORDINATES: Mapping[str, Coordinate] = {
 
 def coordinate(name: str) -> Coordinate:
     """Coordinate in words; one that is not known keeps its name and has no unit."""
-    return _COORDINATES.get(name, Coordinate(spoken(name), ""))
+    known = _COORDINATES.get(name, Coordinate(spoken(name), ""))
+    seen = shown(known.unit)
+    return Coordinate(known.name, seen.unit, known.factor * seen.factor)
 
 
 def effect_name(identifier: str) -> str:

@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from hdprog.config import ReportSettings
+from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.words import FIRST_LIMIT, quantity, tidy
 
 UNTESTED = 5
@@ -19,7 +21,7 @@ UNTESTED = 5
 _RANKS = {"act": 0, "plan": 2, "present": 3, "good": 4}
 _DUE, _PASSED = 1, 0
 _SENTENCE_END = re.compile(r"(?<=[.!?]) (?=[A-Z])")
-_NOT_CONVERGED = "Not converged"
+_CAVEATS = ("Not converged", "The numbers below", "There is one test only")
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ def fleet_entry(summary: Mapping[str, Any]) -> FleetEntry:
         rank_hours=hours,
         remaining_hours={name: remaining.get(name) for name in ("q05", "q50", "q95") if remaining},
         inspect_before_hours=None if first is None else first["inspect_before_hours"],
-        course=_course(tests, forecasts),
+        course=_course(tests, forecasts, ReportSettings(**summary.get("report", {}))),
         warnings=len(summary["warnings"]) + len(tests[-1]["warnings"]),
     )
 
@@ -128,12 +130,14 @@ def _risk_now(forecast: Mapping[str, Any]) -> float:
 def _sentence(text: str) -> str:
     """Give the first sentence that tells of the drive, rather than of its fits."""
     sentences = _SENTENCE_END.split(text)
-    while len(sentences) > 1 and sentences[0].startswith((_NOT_CONVERGED, "The numbers below")):
+    while len(sentences) > 1 and sentences[0].startswith(_CAVEATS):
         del sentences[0]
     return tidy(sentences[0])
 
 
-def _course(tests: list[dict[str, Any]], forecasts: list[dict[str, Any]]) -> Course | None:
+def _course(
+    tests: list[dict[str, Any]], forecasts: list[dict[str, Any]], settings: ReportSettings
+) -> Course | None:
     """Find the course of the figure that is nearest to its limit."""
     limited = [one for one in forecasts if one["quantity"] != FIRST_LIMIT]
     if not limited:
@@ -152,6 +156,9 @@ def _course(tests: list[dict[str, Any]], forecasts: list[dict[str, Any]]) -> Cou
         for test in tests
         if test["service_hours"] is not None
     ]
-    named = quantity(key)
-    points = tuple((float(hours), float(value)) for hours, value in found if value is not None)
-    return Course(named.name, named.unit, points, float(lead["limit"]))
+    with shown_in(settings):
+        named = quantity(key)
+    points = tuple(
+        (float(hours), named.factor * float(value)) for hours, value in found if value is not None
+    )
+    return Course(named.name, named.unit, points, named.factor * float(lead["limit"]))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from hdprog.physics.figures import ARCMIN_PER_RAD
 from hdprog.physics.parameters import FloatArray
+from hdprog.reporting.reader_units import loop_angle
 from hdprog.results import LoopFit, TestResult
 
 MICRORADIAN = 1e6
@@ -41,8 +42,18 @@ def straight_slope(fit: LoopFit) -> float:
 
 
 def straightened(fit: LoopFit, angle: FloatArray, torque: FloatArray) -> FloatArray:
-    """Angle in arcmin less the straight line between the loop's ends, which shows its width."""
-    return ARCMIN * (angle - angle_zero(fit) - straight_slope(fit) * torque)
+    """Angle less the straight line between the loop's ends, which shows its width.
+
+    Parameters
+    ----------
+    fit : of the loop
+    angle, torque : (n,) in rad and Nm
+
+    Returns
+    -------
+    (n,) in the reader's unit
+    """
+    return loop_angle().factor * (angle - angle_zero(fit) - straight_slope(fit) * torque)
 
 
 def stretches(fit: LoopFit) -> list[tuple[int, int, bool]]:

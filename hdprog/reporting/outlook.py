@@ -8,21 +8,21 @@ from collections.abc import Sequence
 import numpy as np
 
 from hdprog.config import Limit
-from hdprog.reporting.rounding import date_down, plain
-from hdprog.reporting.words import quantity, with_unit
+from hdprog.reporting.rounding import date_down
+from hdprog.reporting.words import quantity, threshold_words
 from hdprog.results import LEVELS, DriveResult, Forecast
 
 
 def limit_words(limit: Limit) -> str:
     """Limit in words: "lost motion above 2 arcmin"."""
     named = quantity(limit.key)
-    return f"{named.name} {limit.direction} {with_unit(plain(limit.threshold), named.unit)}"
+    return f"{named.name} {limit.direction} {threshold_words(limit.key, limit.threshold)}"
 
 
 def passing_words(limit: Limit) -> str:
     """Say what passing the limit is: "pass 2 arcmin" or "fall below 12 000 Nm/rad"."""
     verb = "pass" if limit.direction == "above" else "fall below"
-    return f"{verb} {with_unit(plain(limit.threshold), quantity(limit.key).unit)}"
+    return f"{verb} {threshold_words(limit.key, limit.threshold)}"
 
 
 def limited(forecasts: Sequence[Forecast]) -> tuple[Forecast, ...]:

@@ -5,8 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from hdprog.config import Limit
-from hdprog.reporting.rounding import interval, plain
-from hdprog.reporting.words import capital, listed, quantity, with_unit
+from hdprog.reporting.words import (
+    capital,
+    figure_interval,
+    listed,
+    quantity,
+    threshold_words,
+    with_unit,
+)
 from hdprog.results import LEVELS, TestResult
 
 _TOLD = ("secant_stiffness_Nm_per_rad", "hysteresis_width_arcmin", "lost_motion_arcmin")
@@ -15,7 +21,7 @@ _TOLD = ("secant_stiffness_Nm_per_rad", "hysteresis_width_arcmin", "lost_motion_
 def value_words(test: TestResult, key: str) -> str:
     """Figure of a test in words: "0.41 arcmin (90 %: 0.40 to 0.42)"."""
     levels = test.figures[key]
-    low, middle, high = interval(levels[0.05], levels[0.50], levels[0.95])
+    low, middle, high = figure_interval(key, levels[0.05], levels[0.50], levels[0.95])
     return f"{with_unit(middle, quantity(key).unit)} (90 %: {low} to {high})"
 
 
@@ -35,7 +41,7 @@ def against_limit(test: TestResult, limit: Limit) -> str:
     """
     levels = test.figures.get(limit.key)
     named = quantity(limit.key)
-    bound = with_unit(plain(limit.threshold), named.unit)
+    bound = threshold_words(limit.key, limit.threshold)
     if levels is None:
         return f"{capital(named.name)} is not among this test's figures; its limit is {bound}."
     said = f"{capital(named.name)} is {value_words(test, limit.key)}"

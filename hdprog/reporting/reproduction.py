@@ -67,7 +67,7 @@ def build_reproduction_report(result: Reproduction) -> str:
             warnings=warnings,
             sections=sections,
             method=tables.method(result),
-            provenance=provenance.provenance(result.provenance, result.seconds),
+            provenance=provenance.provenance(result.provenance),
         )
     )
 

@@ -17,6 +17,9 @@ import matplotlib as mpl
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
+from hdprog.reporting.drawn_lines import drawn_lines
+from hdprog.reporting.embedded_png import with_palettes
+from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.words import tidy
 
 # Okabe and Ito's colours, which people with colour blindness tell apart; every role has its own
@@ -78,6 +81,7 @@ class Picture:
     alt : the finding, for those who do not see it
     shows, good, bad, action : the caption: what is drawn, what a good and a bad one look like,
         what to do
+    data : its numbers, to be saved as a CSV file; None where there are none to give
     """
 
     uri: str
@@ -88,6 +92,7 @@ class Picture:
     good: str
     bad: str
     action: str
+    data: PictureData | None = None
 
 
 @contextmanager
@@ -104,10 +109,32 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
-def picture(figure: Figure, *, alt: str, shows: str, good: str, bad: str, action: str) -> Picture:
-    """Figure as a picture of the page; see `Picture` for the words."""
+def picture(
+    figure: Figure,
+    *,
+    alt: str,
+    shows: str,
+    good: str,
+    bad: str,
+    action: str,
+    data: PictureData | None = None,
+) -> Picture:
+    """Figure as a picture of the page; see `Picture` for the words.
+
+    Without `data` the file of its numbers holds the lines as they are drawn.
+    """
     width, height = (round(96 * inches) for inches in figure.get_size_inches())
-    return Picture(svg_data_uri(figure), width, height, *map(tidy, (alt, shows, good, bad, action)))
+    return Picture(
+        svg_data_uri(figure),
+        width,
+        height,
+        tidy(alt),
+        tidy(shows),
+        tidy(good),
+        tidy(bad),
+        tidy(action),
+        drawn_lines(figure, alt[:40]) if data is None else data,
+    )
 
 
 def svg_data_uri(figure: Figure) -> str:
@@ -123,20 +150,29 @@ def svg_data_uri(figure: Figure) -> str:
         dpi=RASTER_DPI,
         metadata={"Date": None, "Creator": None, "Format": None, "Type": None},
     )
-    return "data:image/svg+xml," + quote(compact(buffer.getvalue().decode()), safe=_PLAIN)
+    return "data:image/svg+xml," + quote(
+        compact(with_palettes(buffer.getvalue().decode())), safe=_PLAIN
+    )
 
 
-_PLAIN = " !$()*+,/:;=?@[]^|~"
+_PLAIN = " !$'()*+,/:;=?@[]^|~"
 _HEAD = re.compile(r"^<\?xml.*?(?=<svg)", re.DOTALL)
 _COMMENT = re.compile(r"<!--.*?-->|<metadata>.*?</metadata>", re.DOTALL)
 _SPACE = re.compile(r"\s+")
 _TAG_GAP = re.compile(r"\s*(?<=>)\s+(?=<)")
+_STYLE_GAP = re.compile(r"(?<=[:;]) +(?=[^\"]*\")")
+_STYLED = re.compile(r'style="[^"]*"')
 # Numbers below one (scales, opacities) and the pixels of images keep all their digits.
 _COORDINATE = re.compile(r"(?<![\w.+/])([1-9]\d*\.\d\d)\d+(?![\w+/])")
 
 
 def compact(svg: str) -> str:
-    """SVG without document type, comments and metadata, coordinates to 0.01 of a point."""
+    """SVG without document type, comments and metadata, coordinates to 0.01 of a point.
+
+    Attributes stand in single quotes where they can, which an address need not escape.
+    """
     svg = _COMMENT.sub("", _HEAD.sub("", svg))
     svg = _TAG_GAP.sub("", _SPACE.sub(" ", svg))
-    return _COORDINATE.sub(r"\1", svg)
+    svg = _STYLED.sub(lambda found: _STYLE_GAP.sub("", found[0]), svg)
+    svg = _COORDINATE.sub(r"\1", svg)
+    return svg if "'" in svg else svg.replace('"', "'")

@@ -61,6 +61,10 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
         ],
         "warnings": list(result.warnings),
         "units": _units(result),
+        "report": {
+            "angle_unit": result.drive.report.angle_unit,
+            "torque_unit": result.drive.report.torque_unit,
+        },
         "provenance": _provenance(result.provenance),
     }
 

@@ -10,16 +10,25 @@ import numpy as np
 from hdprog.reporting import outlook
 from hdprog.reporting.effect_words import traced_sentences
 from hdprog.reporting.present import against_limit, condition
+from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.rounding import (
     hours,
     hours_up,
-    interval,
     percent,
-    plain,
     share,
     without_unit,
 )
-from hdprog.reporting.words import agree, capital, counted, listed, quantity, tidy, with_unit
+from hdprog.reporting.words import (
+    agree,
+    capital,
+    counted,
+    figure_interval,
+    listed,
+    quantity,
+    threshold_words,
+    tidy,
+    with_unit,
+)
 from hdprog.results import DriveResult, Forecast
 
 Status = Literal["act", "plan", "good", "present"]
@@ -58,10 +67,17 @@ _LABELS: dict[Status, str] = {
 
 def verdict(result: DriveResult) -> Verdict:
     """Verdict on a drive: convergence first, then limits, then what it rests on."""
+    with shown_in(result.drive.report):
+        return _verdict(result)
+
+
+def _verdict(result: DriveResult) -> Verdict:
     sentences: list[str] = []
     if not result.converged:
         sentences.append(not_converged(result))
     main = outlook.overall(result.forecasts)
+    if main is not None and len(result.tests) == 1:
+        sentences.append(_one_test(result))
     if main is None:
         sentences += _present(result)
         status: Status = "present"
@@ -144,13 +160,13 @@ def _passed(result: DriveResult, forecast: Forecast) -> str:
     named = quantity(limit.key)
     text = (
         f"{capital(named.name)} is past its limit: {limit.direction} "
-        f"{with_unit(plain(limit.threshold), named.unit)}"
+        f"{threshold_words(limit.key, limit.threshold)}"
     )
     trend = None if result.trend is None else result.trend.figures.get(limit.key)
     if trend is None:
         return text + "."
     now = [float(np.interp(forecast.now_hours, trend.hours, q)) for q in trend.quantiles[[0, 2, 4]]]
-    low, middle, high = interval(*now)
+    low, middle, high = figure_interval(limit.key, *now)
     return (
         f"{text}; it is {with_unit(middle, named.unit)} now (90 %: {low} to {high}), past "
         f"the limit with a probability of {percent(outlook.risk_now(forecast))}."
@@ -213,15 +229,22 @@ def _shutdown(result: DriveResult, main: Forecast) -> list[str]:
     ]
 
 
+def _carrier(result: DriveResult) -> str:
+    fleet = None if result.trend is None else result.trend.fleet
+    return "the prior" if fleet is None else "the fleet"
+
+
+def _one_test(result: DriveResult) -> str:
+    """Too little to see wear in: said before anything that is forecast."""
+    return (
+        f"There is one test only: how fast this drive wears comes from {_carrier(result)}, not "
+        "from the drive."
+    )
+
+
 def _rests_on(result: DriveResult) -> list[str]:
     """Who carried the forecast, where that is not the drive's own tests."""
-    fleet = None if result.trend is None else result.trend.fleet
-    carrier = "the prior" if fleet is None else "the fleet"
-    if len(result.tests) == 1:
-        return [
-            f"There is one test only: how fast this drive wears comes from {carrier}, not from "
-            "the drive."
-        ]
+    carrier = _carrier(result)
     if len(result.tests) == 2:
         return [
             f"With {counted(2, 'test')} the pace of wear still leans on {carrier}: expect the "

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from hdprog.physics.parameters import BY_NAME
-from hdprog.reporting.rounding import MINUS, THIN_SPACE, plain, significant
+from hdprog.reporting.reader_units import shown
+from hdprog.reporting.rounding import MINUS, THIN_SPACE, interval, plain, significant
 
 
 @dataclass(frozen=True)
@@ -17,13 +18,20 @@ class Quantity:
     Attributes
     ----------
     name : e.g. "secant stiffness at 14 Nm"
-    unit : e.g. "Nm/rad"
+    unit : that the reader wants, e.g. "Nm/rad"
     meaning : what it is, in half a sentence
+    factor : a value inside hdprog times this is the value in that unit
     """
 
     name: str
     unit: str
     meaning: str
+    factor: float = 1.0
+
+    @property
+    def head(self) -> str:
+        """Head of a column or label of an axis: name and unit."""
+        return f"{self.name} [{self.unit or '?'}]"
 
 
 _QUANTITIES: Mapping[str, Quantity] = {
@@ -81,17 +89,35 @@ def quantity(key: str) -> Quantity:
     known = _QUANTITIES.get(base)
     if known is None:
         return Quantity(base.replace("_", " "), "", "")
-    if not torque:
-        return known
-    at = torque_words(float(torque.removesuffix("Nm")))
-    return Quantity(f"{known.name} at {at}", known.unit, known.meaning)
+    seen = shown(known.unit)
+    name = known.name
+    if torque:
+        name = f"{name} at {torque_words(float(torque.removesuffix('Nm')))}"
+    return Quantity(name, seen.unit, known.meaning, seen.factor)
+
+
+def figure_interval(key: str, low: float, middle: float, high: float) -> tuple[str, str, str]:
+    """Three quantiles of a figure of merit in the reader's unit, rounded by their spread."""
+    factor = quantity(key).factor
+    return interval(factor * low, factor * middle, factor * high)
+
+
+def threshold_words(key: str, threshold: float) -> str:
+    """Limit of a figure with its unit: as declared, or to four digits where it is converted."""
+    named = quantity(key)
+    if named.factor == 1.0:
+        return with_unit(plain(threshold), named.unit)
+    return with_unit(significant(named.factor * threshold, _DECLARED_DIGITS), named.unit)
 
 
 def torque_words(value: float) -> str:
-    """Torque in Nm with its unit: as it was declared, or to three digits as read from a record.
+    """Torque, given in Nm, with its unit: as declared, or to three digits as read from a record.
 
     Nobody declares a torque to five digits: one that has them was read from a record.
     """
+    seen = shown("Nm")
+    if seen.factor != 1.0:
+        return with_unit(significant(seen.factor * value), seen.unit)
     declared = float(f"{value:.{_DECLARED_DIGITS}g}") == value
     return with_unit(plain(value) if declared else significant(value), "Nm")
 
@@ -112,7 +138,19 @@ def parameter_meaning(name: str) -> str:
     known = BY_NAME.get(name)
     if known is None:
         return ""
-    return known.meaning if known.unit == "-" else f"{known.meaning}, {known.unit}"
+    return known.meaning if known.unit == "-" else f"{known.meaning}, {shown(known.unit).unit}"
+
+
+def parameter_unit(name: str) -> str:
+    """Unit of a parameter as the reader wants it; empty for a plain number."""
+    known = BY_NAME.get(name)
+    return "" if known is None or known.unit == "-" else shown(known.unit).unit
+
+
+def parameter_factor(name: str) -> float:
+    """Factor from a parameter's own unit to the reader's."""
+    known = BY_NAME.get(name)
+    return 1.0 if known is None else shown(known.unit).factor
 
 
 def capital(sentence: str) -> str:

@@ -14,6 +14,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from hdprog.cli import app
+from hdprog.config import ReportSettings
 
 Invoke = Callable[..., Result]
 
@@ -25,12 +26,17 @@ class Outcome:
     converged: bool = True
     sentence: str = "Inspect before 1 310 h."
     written: list[tuple[Path, str]] = field(default_factory=list)
+    units: ReportSettings = field(default_factory=ReportSettings)
 
     def write(self, out: Path, command: str) -> None:
         out.mkdir(parents=True, exist_ok=True)
         (out / "report.html").write_text("<p>report</p>", encoding="utf-8")
         (out / "summary.json").write_text(json.dumps(self.summary()), encoding="utf-8")
         self.written.append((out, command))
+
+    def reported(self, change: Callable[[ReportSettings], ReportSettings]) -> Outcome:
+        self.units = change(ReportSettings())
+        return self
 
     def document(self) -> dict[str, object]:
         return self.summary()

@@ -157,3 +157,25 @@ def test_simulate_says_what_effects_it_put_in(invoke: Invoke) -> None:
     truth = json.loads(shown.stdout)
     assert [effect["id"] for effect in truth["effects"]] == ["backlash", "viscous_friction"]
     assert "--effect backlash --effect viscous_friction" in truth["made_by"]
+
+
+def test_units_of_the_report_are_asked_for(invoke: Invoke, workflow: Workflow) -> None:
+    invoke("run", "drive", "--angle-unit", "mrad", "--torque-unit", "in-lbf")
+    assert (workflow.outcome.units.angle_unit, workflow.outcome.units.torque_unit) == (
+        "mrad",
+        "in·lbf",
+    )
+    invoke("run", "drive", "--torque-unit", "lbf ft")
+    assert (workflow.outcome.units.angle_unit, workflow.outcome.units.torque_unit) == (
+        "arcmin",
+        "ft·lbf",
+    )
+
+
+def test_a_unit_that_no_report_has_is_refused_before_the_work(
+    invoke: Invoke, workflow: Workflow
+) -> None:
+    shown = invoke("run", "drive", "--angle-unit", "Nm")
+    assert shown.exit_code == 2
+    assert '--angle-unit: found "Nm", expected one of arcmin, arcsec, deg' in shown.stderr
+    assert workflow.calls == []

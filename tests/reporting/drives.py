@@ -21,6 +21,7 @@ from hdprog.results import (
     FigureTrend,
     Forecast,
     LoopFit,
+    ParameterDraws,
     ParameterSummary,
     Provenance,
     TestResult,
@@ -158,6 +159,10 @@ def one_test(
             "acceptance": 0.31,
         },
         warnings=(),
+        draws=ParameterDraws(
+            draws,
+            {name: value * np.exp(0.5 * rng.standard_normal(800)) for name, value in NEW.items()},
+        ),
     )
     return replace(result, **changes)  # type: ignore[arg-type]
 

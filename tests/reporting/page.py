@@ -17,6 +17,7 @@ class Page(HTMLParser):
         self.tags: list[tuple[str, dict[str, str | None]]] = []
         self.captions: list[str] = []
         self.words: list[str] = []
+        self.outline: list[tuple[str, str]] = []
         self.feed(text)
         self.close()
         self.faults += [f"<{tag}> is never closed" for tag in self.open]
@@ -26,8 +27,12 @@ class Page(HTMLParser):
         self.tags.append((tag, found))
         if tag == "img":
             self.pictures.append(found)
+            self.outline.append(("picture", str(found.get("alt"))))
+        if tag == "a" and "download" in found:
+            self.outline.append(("file", str(found["download"])))
         if tag in {"h1", "h2", "h3", "h4"}:
             self.headings.append((int(tag[1]), ""))
+            self.outline.append((tag, ""))
         if tag == "figcaption":
             self.captions.append("")
         if tag not in VOID:
@@ -44,6 +49,8 @@ class Page(HTMLParser):
         if self.open and self.open[-1] in {"h1", "h2", "h3", "h4"}:
             level, text = self.headings[-1]
             self.headings[-1] = level, text + data
+            tag, text = self.outline[-1]
+            self.outline[-1] = tag, text + data
         if "figcaption" in self.open:
             self.captions[-1] += data
 

@@ -230,7 +230,7 @@ def test_a_drive_tells_origin_hours_left_and_each_test() -> None:
     )
     titles = [part.title for part in found.parts]
     assert [t for t in titles if t.startswith("Residual")] == [
-        f"Residual of test t0{n}: backlash" for n in range(4, 8)
+        f"Residual of test t0{n}: backlash" for n in range(5, 8)
     ]
     size = next(part for part in found.parts if part.title == "Backlash").pictures[0]
     assert spaced(size.alt) == (

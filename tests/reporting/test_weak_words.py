@@ -166,3 +166,17 @@ def test_what_another_tooth_angle_changes_is_tabled() -> None:
         0.4 * test.parameters["K_W"].quantiles[0.5]
     )
     assert summary_json(plain)["tests"][0]["other_tooth_angle"] is None
+
+
+def test_a_figure_of_zero_has_no_change_in_per_cent() -> None:
+    plain = single()
+    key, none = "hysteresis_width_arcmin", dict.fromkeys((0.05, 0.25, 0.5, 0.75, 0.95), 0.0)
+    other = turned(only_test(plain), {"K_W": 0.4})
+    test = replace(
+        only_test(plain),
+        figures={**only_test(plain).figures, key: none},
+        other_tooth_angle=replace(other, figures={**other.figures, key: none}),
+    )
+    assert "-60 %" in spaced(Page(build_report(replace(plain, tests=(test,)))).text).replace(
+        "\u2212", "-"
+    )

@@ -11,6 +11,7 @@ from hdprog.reporting.axes import THOUSANDS, align_left, hour_axis
 from hdprog.reporting.effect_words import effect_name
 from hdprog.reporting.error_words import micro
 from hdprog.reporting.geometry import MICRORADIAN
+from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.rounding import hours
 from hdprog.reporting.style import FIT, MEASURED, MUTED, Picture, new_figure, picture
 from hdprog.reporting.words import capital, counted, with_unit
@@ -75,6 +76,11 @@ def effect_over_hours(effect: FoundEffect, amplitude: FloatArray) -> Picture:
         good="points that stay level: a steady trait of the rig, which does not wear the drive.",
         bad="points that rise from test to test: the drive itself is changing.",
         action=_ACTION.get(effect.origin or "unclear", _ACTION["unclear"]),
+        data=PictureData.of(
+            f"{effect.id}-over-hours",
+            ("service hours", *(f"angle moved, {level} % [µrad]" for level in (5, 50, 95))),
+            zip(*(column.tolist() for column in (at, low, middle, high)), strict=True),
+        ),
     )
 
 

@@ -14,7 +14,6 @@ from matplotlib.ticker import MaxNLocator
 from hdprog.physics.parameters import FloatArray
 from hdprog.reporting.axes import THOUSANDS, align_left
 from hdprog.reporting.geometry import (
-    ARCMIN,
     MICRORADIAN,
     MOST_STRETCHES,
     angle_zero,
@@ -23,6 +22,8 @@ from hdprog.reporting.geometry import (
     straightened,
     stretches,
 )
+from hdprog.reporting.picture_data import PictureData
+from hdprog.reporting.reader_units import loop_angle, loop_torque
 from hdprog.reporting.rounding import significant
 from hdprog.reporting.style import (
     BAND,
@@ -35,6 +36,7 @@ from hdprog.reporting.style import (
 )
 from hdprog.results import TestResult
 
+_MOST_ROWS = 200  # in the file of a panel's numbers: a report may hold a dozen of them
 STRUCTURE_CORRELATION = 0.3
 """Correlation of neighbouring residuals from which the report says that structure remains."""
 
@@ -45,8 +47,8 @@ class PanelScales:
 
     Attributes
     ----------
-    angle, torque : limits in arcmin and Nm
-    straightened : limits in arcmin of the angle less its straight line
+    angle, torque : limits in the reader's units
+    straightened : limits of the angle less its straight line
     residual : half the height in µrad of the residual strip
     """
 
@@ -59,11 +61,11 @@ class PanelScales:
     def of(tests: tuple[TestResult, ...]) -> PanelScales:
         """Scales that hold every test's record, offset removed."""
         fits = [test.fit for test in tests]
-        angle = [ARCMIN * (fit.angle - angle_zero(fit)) for fit in fits]
+        angle = [loop_angle().factor * (fit.angle - angle_zero(fit)) for fit in fits]
         bent = [straightened(fit, fit.fitted, fit.torque) for fit in fits]
         return PanelScales(
             _padded(angle),
-            _padded([fit.torque for fit in fits]),
+            _padded([loop_torque().factor * fit.torque for fit in fits]),
             _padded(bent),
             residual_scale(tests),
         )
@@ -98,9 +100,10 @@ def loop_panel(test: TestResult, scales: PanelScales) -> Picture:
         figure,
         alt=_alt(test),
         shows=(
-            "Above left: torque against torsion angle, grey the measurement, blue the fit; the"
-            " encoder's zero is removed. Above right: the same less the straight line between the"
-            " loop's ends, which shows its width (friction) and its bend (softness at low torque)."
+            "Above left: torque against torsion angle, grey the measurement, blue the fit with its"
+            " 90 % band (often thinner than the line); the encoder's zero is removed. Above right:"
+            " the same less the straight line between the loop's ends, which shows its width"
+            " (friction) and its bend (softness at low torque)."
             " Below: measured minus fitted angle along the record. Grey band:"
             " noise of a point as fitted (± 2 standard deviations); blue band: where the fit may"
             " lie (90 %); shaded: torque falls. The same scales for all tests."
@@ -109,6 +112,31 @@ def loop_panel(test: TestResult, scales: PanelScales) -> Picture:
         bad="waves, steps or spikes at the edges of the shading (reversals), or points well"
         " outside the band: something acts that the model lacks, and its parameters are biased.",
         action=_action(test),
+        data=_data(test),
+    )
+
+
+def _data(test: TestResult) -> PictureData:
+    """Block averages with the fit, its 90 % band and what is left over."""
+    fit, zero = test.fit, angle_zero(test.fit)
+    seen, force = loop_angle(), loop_torque()
+    angles = [seen.factor * (each - zero) for each in (fit.angle, fit.fitted, fit.low, fit.high)]
+    named = ("measured", "fit", "fit 5 %", "fit 95 %")
+    return PictureData.along(
+        f"{test.test_id}-loop",
+        (
+            "reading",
+            f"torque [{force.unit}]",
+            *(f"{name} [{seen.unit}]" for name in named),
+            "residual [µrad]",
+            "noise, 1 sd [µrad]",
+        ),
+        fit.position,
+        force.factor * fit.torque,
+        *angles,
+        MICRORADIAN * fit.residual,
+        MICRORADIAN * fit.noise,
+        most=_MOST_ROWS,
     )
 
 
@@ -126,6 +154,7 @@ def _action(test: TestResult) -> str:
 def _draw_loop(loop: Axes, bent: Axes, test: TestResult, scales: PanelScales) -> None:
     """Draw the loop, and beside it the same less its straight line."""
     fit, zero = test.fit, angle_zero(test.fit)
+    seen, force = loop_angle(), loop_torque()
     chosen = few(len(test.loop))
     angle, torque = test.loop.angle[chosen], test.loop.torque[chosen]
     fit_name = "fit" if test.converged else "fit, NOT CONVERGED"
@@ -136,17 +165,18 @@ def _draw_loop(loop: Axes, bent: Axes, test: TestResult, scales: PanelScales) ->
         "markeredgewidth": 0,
         "rasterized": True,
     }
-    bent.plot(straightened(fit, angle, torque), torque, ",", **readings)
-    for axes, measured, fitted in (
-        (loop, ARCMIN * (fit.angle - zero), ARCMIN * (fit.fitted - zero)),
-        (
-            bent,
-            straightened(fit, fit.angle, fit.torque),
-            straightened(fit, fit.fitted, fit.torque),
-        ),
+    bent.plot(straightened(fit, angle, torque), force.factor * torque, ",", **readings)
+    at = force.factor * fit.torque
+    angles = (fit.angle, fit.fitted, fit.low, fit.high)
+    for axes, (measured, fitted, low, high) in (
+        (loop, [seen.factor * (each - zero) for each in angles]),
+        (bent, [straightened(fit, each, fit.torque) for each in angles]),
     ):
-        at = fit.torque
         axes.plot(measured, at, "o", color=MEASURED, label="measured", **blocks)
+        for first, last, _ in stretches(fit)[:MOST_STRETCHES]:
+            part = slice(first, last + 1)
+            band = axes.fill_betweenx(at[part], low[part], high[part], color=BAND, linewidth=0)
+            band.set(alpha=0.3, zorder=2.0, rasterized=True)
         axes.plot(fitted, at, color=FIT, linewidth=1.3, zorder=3, label=fit_name)
         axes.set_ylim(*scales.torque)
         axes.axhline(0, color=MUTED, linewidth=0.7)
@@ -157,9 +187,9 @@ def _draw_loop(loop: Axes, bent: Axes, test: TestResult, scales: PanelScales) ->
     loop.set_xlim(*scales.angle)
     bent.set_xlim(*scales.straightened)
     bent.tick_params(labelleft=False)
-    loop.set_xlabel("torsion angle [arcmin]", labelpad=1)
-    bent.set_xlabel("the same less its straight line [arcmin]", labelpad=1)
-    loop.set_ylabel("torque [Nm]")
+    loop.set_xlabel(f"torsion angle [{seen.unit}]", labelpad=1)
+    bent.set_xlabel(f"the same less its straight line [{seen.unit}]", labelpad=1)
+    loop.set_ylabel(f"torque [{force.unit}]")
     loop.legend(loc="upper left", markerscale=1.8)
 
 
@@ -171,15 +201,16 @@ def _draw_residual(axes: Axes, test: TestResult, scales: PanelScales) -> None:
                 fit.position[first], fit.position[last], color="#eef0f3", linewidth=0, zorder=0
             )
     noise = 2.0 * MICRORADIAN * fit.noise
-    axes.fill_between(fit.position, -noise, noise, color=MUTED, alpha=0.22, linewidth=0, zorder=1)
+    bands: dict[str, Any] = {"linewidth": 0, "rasterized": True}  # as lines they weigh the most
+    axes.fill_between(fit.position, -noise, noise, color=MUTED, alpha=0.22, zorder=1, **bands)
     axes.fill_between(
         fit.position,
         MICRORADIAN * (fit.low - fit.fitted),
         MICRORADIAN * (fit.high - fit.fitted),
         color=BAND,
         alpha=0.45,
-        linewidth=0,
         zorder=2,
+        **bands,
     )
     values = np.clip(MICRORADIAN * fit.residual, -top, top)
     axes.plot(
@@ -193,7 +224,7 @@ def _draw_residual(axes: Axes, test: TestResult, scales: PanelScales) -> None:
         clip_on=False,
         zorder=3,
     )
-    axes.axhline(0, color=FIT, linewidth=0.9, zorder=2.5)
+    axes.axhline(0, color=FIT, linewidth=0.9, zorder=3.5)
     axes.set_xlim(0, max(float(fit.position.max()), len(test.loop) - 1.0))
     axes.set_ylim(-top, top)
     axes.grid(axis="x", visible=False)

@@ -11,12 +11,16 @@ from matplotlib.ticker import MaxNLocator
 
 from hdprog.reporting.axes import THOUSANDS
 from hdprog.reporting.figures.loop_panel import PanelScales
-from hdprog.reporting.geometry import ARCMIN, angle_zero, straightened
+from hdprog.reporting.geometry import angle_zero, few, straightened
+from hdprog.reporting.picture_data import PictureData
+from hdprog.reporting.reader_units import loop_angle, loop_torque
 from hdprog.reporting.rounding import hours, significant
 from hdprog.reporting.style import MUTED, Picture, new_figure, picture
 from hdprog.results import TestResult
 
 _MOST_LABELS = 12
+_MOST_POINTS = 240  # of each loop
+_MOST_ROWS = 80  # of each loop, in the file of its numbers
 
 
 def loops_overlay(tests: Sequence[TestResult], scales: PanelScales) -> Picture:
@@ -31,14 +35,18 @@ def loops_overlay(tests: Sequence[TestResult], scales: PanelScales) -> Picture:
     loop = figure.add_axes((0.09, 0.11, 0.38, 0.87))
     bent = figure.add_axes((0.505, 0.11, 0.30, 0.87))
     colours = mpl.colormaps["viridis"](np.linspace(0.0, 0.88, len(tests)))
+    seen, force = loop_angle(), loop_torque()
     every = -(-len(tests) // _MOST_LABELS)
     last = len(tests) - 1
     for index, (test, colour) in enumerate(zip(tests, colours, strict=True)):
         label = _label(test) if index % every == 0 or index == last else None
         line: dict[str, Any] = {"color": colour, "linewidth": 2.0 if index == last else 1.2}
         fit = test.fit
-        loop.plot(ARCMIN * (fit.fitted - angle_zero(fit)), fit.torque, **line)
-        bent.plot(straightened(fit, fit.fitted, fit.torque), fit.torque, label=label, **line)
+        drawn = few(fit.torque.size, _MOST_POINTS)
+        torque, angle = fit.torque[drawn], fit.fitted[drawn]
+        at = force.factor * torque
+        loop.plot(seen.factor * (angle - angle_zero(fit)), at, **line)
+        bent.plot(straightened(fit, angle, torque), at, label=label, **line)
     for axes in (loop, bent):
         axes.set_ylim(*scales.torque)
         axes.axhline(0, color=MUTED, linewidth=0.7)
@@ -49,9 +57,9 @@ def loops_overlay(tests: Sequence[TestResult], scales: PanelScales) -> Picture:
     loop.set_xlim(*scales.angle)
     bent.set_xlim(*scales.straightened)
     bent.tick_params(labelleft=False)
-    loop.set_xlabel("torsion angle [arcmin]")
-    bent.set_xlabel("less its straight line [arcmin]")
-    loop.set_ylabel("torque [Nm]")
+    loop.set_xlabel(f"torsion angle [{seen.unit}]")
+    bent.set_xlabel(f"less its straight line [{seen.unit}]")
+    loop.set_ylabel(f"torque [{force.unit}]")
     bent.legend(
         loc="upper left",
         bbox_to_anchor=(1.0, 1.02),
@@ -69,7 +77,25 @@ def loops_overlay(tests: Sequence[TestResult], scales: PanelScales) -> Picture:
         " more friction, a narrower one less preload.",
         action="a single loop that stands out from its neighbours is worth a look at its mounting"
         " before it is believed.",
+        data=_data(tests),
     )
+
+
+def _data(tests: Sequence[TestResult]) -> PictureData:
+    """Fitted loops one after the other."""
+    seen, force = loop_angle(), loop_torque()
+    rows = [
+        (
+            test.test_id,
+            test.service_hours,
+            force.factor * float(test.fit.torque[index]),
+            seen.factor * float(test.fit.fitted[index] - angle_zero(test.fit)),
+        )
+        for test in tests
+        for index in few(test.fit.torque.size, _MOST_ROWS)
+    ]
+    head = ("test", "service hours", f"torque [{force.unit}]", f"fitted angle [{seen.unit}]")
+    return PictureData.of("all-loops", head, rows)
 
 
 def _label(test: TestResult) -> str:
@@ -82,10 +108,10 @@ def _alt(tests: Sequence[TestResult]) -> str:
     first, last = (_full_angle(tests[i]) for i in (0, -1))
     return (
         f"From the first test to the last the torsion angle over the whole loop went from "
-        f"{significant(first)} to {significant(last)} arcmin."
+        f"{significant(first)} to {significant(last)} {loop_angle().unit}."
     )
 
 
 def _full_angle(test: TestResult) -> float:
-    """Torsion angle from end to end of a loop in arcmin."""
-    return float(ARCMIN * np.ptp(test.fit.fitted))
+    """Torsion angle from end to end of a loop in the reader's unit."""
+    return float(loop_angle().factor * np.ptp(test.fit.fitted))

@@ -1,14 +1,17 @@
-"""Remaining life: the distribution of the first crossing over service hours."""
+"""Remaining life: density and distribution of the first crossing over service hours."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 from matplotlib.axes import Axes
 
 from hdprog.reporting import outlook
 from hdprog.reporting.axes import PERCENT, Event, hour_axis, mark_events
-from hdprog.reporting.rounding import hours, hours_up, percent, share
+from hdprog.reporting.crossing_density import crossing_density
+from hdprog.reporting.picture_data import PictureData
+from hdprog.reporting.rounding import THIN_SPACE, hours, hours_up, percent, share
 from hdprog.reporting.style import (
     FIT,
     INK,
@@ -27,7 +30,7 @@ _DASHES = ((0, (6, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)), (0, (3, 1)))
 
 
 def remaining_life(forecasts: Sequence[Forecast], shutdown_hours: float | None) -> Picture:
-    """Cumulative probability of the first crossing, the accepted risk and what is planned.
+    """Density of the first crossing, and below it its probability up to each hour.
 
     Parameters
     ----------
@@ -38,15 +41,23 @@ def remaining_life(forecasts: Sequence[Forecast], shutdown_hours: float | None) 
     if main is None:
         raise ValueError("remaining life needs a forecast")
     single = outlook.limited(forecasts)
-    figure = new_figure(7.6, 3.9)
-    bottom = 0.13 if len(single) < 2 else 0.23
-    axes = figure.add_axes((0.09, bottom, 0.88, 0.8 - bottom))
+    legend = 0.0 if len(single) < 2 else 0.42
+    height = 5.0 + legend
+    figure = new_figure(7.6, height)
+    axes = figure.add_axes((0.09, (0.52 + legend) / height, 0.88, 2.3 / height))
+    hill = figure.add_axes((0.09, (2.98 + legend) / height, 0.88, 1.2 / height))
     end = _view_end(main, shutdown_hours)
-    hour_axis(axes, main.now_hours - 0.02 * (end - main.now_hours), end)
+    first = main.now_hours - 0.02 * (end - main.now_hours)
+    hour_axis(axes, first, end)
+    hour_axis(hill, first, end)
+    _draw_density(hill, main, end)
     axes.set_ylim(0.0, 1.0)
     axes.yaxis.set_major_formatter(PERCENT)
     axes.set_ylabel("probability of having passed")
-    mark_events(axes, _events(main, shutdown_hours))
+    mark_events(hill, _events(main, shutdown_hours))
+    for event in _events(main, shutdown_hours):
+        if first <= event.hours <= end:
+            axes.axvline(event.hours, color=event.colour, linestyle=event.line, linewidth=1.2)
     _draw_curves(axes, main, single)
     _draw_risk(axes, main, end)
     _mark_levels(axes, main, end)
@@ -54,11 +65,11 @@ def remaining_life(forecasts: Sequence[Forecast], shutdown_hours: float | None) 
         figure,
         alt=_alt(main, shutdown_hours),
         shows=(
-            "The line rises with the probability that "
+            "Above: where the hour of passing "
             + ("the first of the limits" if main.limit is None else "the limit")
-            + " has been passed by a service hour, if nothing is done. Points mark the hours at"
-            " which it reaches 5, 50 and 95 %."
-            + (" Broken lines are the single limits." if len(single) > 1 else "")
+            + " lies, if nothing is done; the darker part holds 90 %, the marks are 5, 50 and"
+            " 95 %. Below: the probability that it has been passed by a service hour; points mark"
+            " the same three." + (" Broken lines are the single limits." if len(single) > 1 else "")
         ),
         good="the line stays below the accepted risk until well past the next shutdown.",
         bad="it is above the accepted risk at the next shutdown, or starts above it at now.",
@@ -67,7 +78,70 @@ def remaining_life(forecasts: Sequence[Forecast], shutdown_hours: float | None) 
             " A line that rises slowly over many hours is a date hardly known: another test"
             " narrows it."
         ),
+        data=_data(main, single),
     )
+
+
+def _draw_density(axes: Axes, main: Forecast, end: float) -> None:
+    """Draw the hill of the hours, its middle 90 % darker, and what lies outside in words."""
+    at = np.linspace(main.now_hours, end, 240)
+    density = crossing_density(main, at)
+    axes.set_yticks([])
+    axes.set_ylabel("density")
+    axes.spines["left"].set_visible(False)
+    axes.tick_params(labelbottom=False)
+    axes.set_xlabel("")
+    crossing = outlook.crossing_hours(main)
+    early, late = crossing.get(0.05), crossing.get(0.95)
+    axes.fill_between(at, density, color=FIT, alpha=0.18, linewidth=0)
+    if early is not None:
+        inner = (at >= early) & (at <= (end if late is None else late))
+        axes.fill_between(at[inner], density[inner], color=FIT, alpha=0.35, linewidth=0)
+    axes.plot(at, density, color=FIT, linewidth=1.6)
+    top = 1.3 * float(density.max()) or 1.0
+    axes.set_ylim(0.0, top)
+    for level in (0.05, 0.50, 0.95):
+        hour = crossing.get(level)
+        if hour is None or hour > end:
+            continue
+        height = float(np.interp(hour, at, density))
+        axes.plot([hour, hour], [0.0, height], color=INK, linewidth=1.3)
+        axes.annotate(
+            share(level),
+            (hour, height),
+            xytext=(5, 3),
+            textcoords="offset points",
+            fontsize=8.5,
+            color=INK,
+            zorder=5,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
+        )
+    later = 1.0 - main.probability_crossed_by_horizon
+    if later > 0.05:
+        axes.text(
+            0.995,
+            0.92,
+            f"later than {hours(main.horizon_hours)}: {percent(later)}",
+            transform=axes.transAxes,
+            ha="right",
+            va="top",
+            fontsize=8.5,
+            color=INK,
+        )
+
+
+def _data(main: Forecast, single: Sequence[Forecast]) -> PictureData:
+    """Density and probability of the first crossing, and the probability of each limit."""
+    table = main.crossing_probability
+    columns = ["service hours", "density [1/h]", "probability of having passed"]
+    values = [table[:, 0], crossing_density(main, table[:, 0]), table[:, 1]]
+    if len(single) > 1:
+        for forecast in single:
+            if forecast.limit is not None:
+                columns.append(outlook.limit_words(forecast.limit).replace(THIN_SPACE, " "))
+                own = forecast.crossing_probability
+                values.append(np.interp(table[:, 0], own[:, 0], own[:, 1]))
+    return PictureData.along("remaining-life", columns, *values)
 
 
 def _view_end(main: Forecast, shutdown_hours: float | None) -> float:
@@ -94,7 +168,7 @@ def _draw_curves(axes: Axes, main: Forecast, single: Sequence[Forecast]) -> None
         handles += axes.plot(own[:, 0], own[:, 1], color=MUTED, linestyle=dash, linewidth=1.4)
         labels.append(outlook.limit_words(forecast.limit))
     axes.legend(
-        handles, labels, loc="upper left", bbox_to_anchor=(-0.02, -0.15), ncols=2, handlelength=3.2
+        handles, labels, loc="upper left", bbox_to_anchor=(-0.02, -0.2), ncols=2, handlelength=3.2
     )
 
 

@@ -27,6 +27,7 @@ from hdprog.reporting.figures.residual_strip import (
     draw_line,
     draw_residual,
     format_axes,
+    residual_data,
     residual_height,
     shown_coordinate,
 )
@@ -88,6 +89,7 @@ def residual_before_after(explanation: Explanation) -> Picture:
         bad="points that leave the band together, or a pattern that rising and falling torque"
         " share: then something still acts that is not in the model.",
         action=residual_action(explanation),
+        data=residual_data(explanation),
     )
 
 

@@ -13,6 +13,7 @@ from hdprog.reporting.figures.residual_strip import (
     draw_line,
     draw_residual,
     format_axes,
+    residual_data,
     shown_coordinate,
 )
 from hdprog.reporting.geometry import MICRORADIAN
@@ -67,4 +68,5 @@ def residual_pair(explanation: Explanation, top: float) -> Picture:
         bad="points on the right that leave the band together: then something still acts that is"
         " not in the model.",
         action=residual_action(explanation),
+        data=residual_data(explanation),
     )

@@ -15,6 +15,7 @@ from hdprog.physics.parameters import FloatArray
 from hdprog.reporting.axes import THOUSANDS
 from hdprog.reporting.effect_words import Coordinate, along, carrier, coordinate, unknown_term
 from hdprog.reporting.geometry import MICRORADIAN
+from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.style import INSPECT, MUTED
 
 RISING = "#0072B2"
@@ -41,7 +42,8 @@ def coordinate_values(course: ResidualCourse, name: str) -> tuple[FloatArray, Co
     """Values (blocks,) of a coordinate in the unit that is shown, and its words."""
     values = along(course, name)
     if values is None or name == "branch":
-        return course.torque, coordinate("torque")
+        said = coordinate("torque")
+        return said.factor * course.torque, said
     said = coordinate(name)
     return said.factor * values, said
 
@@ -56,6 +58,23 @@ def centred(course: ResidualCourse) -> tuple[FloatArray, FloatArray]:
         for residual in (course.before, course.after)
     )
     return np.asarray(before), np.asarray(after)
+
+
+def residual_data(explanation: Explanation) -> PictureData:
+    """Residual before and after over the coordinate that is drawn."""
+    course = explanation.course
+    before, after = centred(course)
+    values, said = coordinate_values(course, shown_coordinate(explanation))
+    columns = ("residual of the drive model alone", "residual with what was added", "noise, 1 sd")
+    return PictureData.along(
+        f"{explanation.test_id}-residual",
+        (said.axis, "torque rises (1) or falls (-1)", *(f"{name} [µrad]" for name in columns)),
+        values,
+        np.where(course.rising > 0, 1.0, -1.0),
+        MICRORADIAN * before,
+        MICRORADIAN * after,
+        MICRORADIAN * np.broadcast_to(course.noise, before.shape),
+    )
 
 
 def residual_height(course: ResidualCourse) -> float:

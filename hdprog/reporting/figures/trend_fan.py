@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,7 +11,9 @@ from matplotlib.axes import Axes
 from hdprog.config import Limit
 from hdprog.reporting import outlook
 from hdprog.reporting.axes import THOUSANDS, Event, hour_axis, mark_events
-from hdprog.reporting.rounding import hours, hours_up, interval, plain
+from hdprog.reporting.crossing_density import crossing_density
+from hdprog.reporting.figures.trend_numbers import trend_numbers
+from hdprog.reporting.rounding import hours, hours_up
 from hdprog.reporting.style import (
     BAND,
     FIT,
@@ -23,8 +26,16 @@ from hdprog.reporting.style import (
     new_figure,
     picture,
 )
-from hdprog.reporting.words import capital, quantity, with_unit
+from hdprog.reporting.words import (
+    capital,
+    figure_interval,
+    quantity,
+    threshold_words,
+    with_unit,
+)
 from hdprog.results import FigureTrend, Forecast, TestResult
+
+_HILL = 0.16  # height of the density, as a part of the axis
 
 
 def trend_fan(trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult]) -> Picture:
@@ -40,28 +51,32 @@ def trend_fan(trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult
     if limit is None:
         raise ValueError("a trend is drawn for one limit, not for the first of all")
     named = quantity(limit.key)
+    measured, trend = trend, _converted(trend, named.factor)
+    threshold = named.factor * limit.threshold
     figure = new_figure(7.6, 4.0)
     axes = figure.add_axes((0.115, 0.185, 0.855, 0.65))
     first, end = _view(trend, forecast)
     hour_axis(axes, first, end)
-    axes.set_ylim(*_range(trend, limit, end))
+    axes.set_ylim(*_range(trend, limit, threshold, end))
     axes.yaxis.set_major_formatter(THOUSANDS)
-    axes.set_ylabel(f"{named.name} [{named.unit}]")
+    axes.set_ylabel(named.head)
     mark_events(axes, _events(forecast, tests))
     _draw_fan(axes, trend)
-    _draw_limit(axes, limit, named.unit, first)
+    _draw_limit(axes, limit, threshold, first)
     _draw_tests(axes, trend, tests)
-    _draw_crossing(axes, forecast, limit, end)
+    _draw_density(axes, forecast, limit, threshold, end)
+    _draw_crossing(axes, forecast, threshold, end)
     axes.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.13), ncols=6, columnspacing=1.4)
     worse = "rises" if limit.direction == "above" else "falls"
     return picture(
         figure,
-        alt=_alt(trend, forecast, limit),
+        alt=_alt(measured, forecast, limit),
         shows=(
             f"{capital(named.name)}: {named.meaning}. Points with bars are the tests, each by"
             " itself (median, 90 %); the fan is the drive's state and its forecast without the"
-            " scatter of remounting (dark 50 %, pale 90 %). The bar on the limit line spans the"
-            " hours between which it is passed with 90 % probability."
+            " scatter of remounting (dark 50 %, pale 90 %). The hill on the limit line is the"
+            " density of the hour at which it is passed; the bar spans 90 % of it, the diamond is"
+            " its middle."
         ),
         good="the points scatter about the fan by about their own bars; the fan stays clear of"
         " the limit.",
@@ -69,6 +84,16 @@ def trend_fan(trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult
         " has then changed its pace and the forecast is late in seeing it.",
         action="test again before the inspection hour; where points leave the fan, test at half"
         " the interval.",
+        data=trend_numbers(trend, forecast),
+    )
+
+
+def _converted(trend: FigureTrend, factor: float) -> FigureTrend:
+    """Trend in the reader's unit."""
+    return replace(
+        trend,
+        quantiles=factor * trend.quantiles,
+        test_quantiles=factor * trend.test_quantiles,
     )
 
 
@@ -84,7 +109,7 @@ def _view(trend: FigureTrend, forecast: Forecast) -> tuple[float, float]:
     return start - 0.03 * (end - start), end
 
 
-def _range(trend: FigureTrend, limit: Limit, end: float) -> tuple[float, float]:
+def _range(trend: FigureTrend, limit: Limit, threshold: float, end: float) -> tuple[float, float]:
     """Range of values shown: tests, limit, and the fan as far as it says something.
 
     Far past the limit the fan may be cut off, so that the tests stay readable.
@@ -92,11 +117,16 @@ def _range(trend: FigureTrend, limit: Limit, end: float) -> tuple[float, float]:
     seen = trend.hours <= end
     values = [trend.quantiles[[0, -1]][:, seen].ravel(), trend.test_quantiles.ravel()]
     finite = np.concatenate(values)
-    finite = np.append(finite[np.isfinite(finite)], limit.threshold)
-    tests = np.append(trend.test_quantiles.ravel(), limit.threshold)
-    span = max(float(np.ptp(tests)), 0.05 * abs(limit.threshold))
+    finite = np.append(finite[np.isfinite(finite)], threshold)
+    tests = np.append(trend.test_quantiles.ravel(), threshold)
+    span = max(float(np.ptp(tests)), 0.05 * abs(threshold))
     low = max(float(finite.min()), float(tests.min()) - 0.9 * span)
     high = min(float(finite.max()), float(tests.max()) + 0.9 * span)
+    room = _HILL + 0.05  # past the limit, for the hill that stands on it
+    if limit.direction == "above":
+        high = max(high, threshold + room * (threshold - low))
+    else:
+        low = min(low, threshold - room * (high - threshold))
     margin = 0.07 * (high - low)
     bottom = low - margin
     return (max(bottom, 0.0) if low >= 0 else bottom), high + margin
@@ -113,21 +143,21 @@ def _draw_fan(axes: Axes, trend: FigureTrend) -> None:
     axes.plot(trend.hours, q50, color=FIT, linewidth=1.8, label="state, median")
 
 
-def _draw_limit(axes: Axes, limit: Limit, unit: str, first: float) -> None:
-    axes.axhline(limit.threshold, color=LIMIT, linewidth=1.6)
+def _draw_limit(axes: Axes, limit: Limit, threshold: float, first: float) -> None:
+    axes.axhline(threshold, color=LIMIT, linewidth=1.6)
     above = limit.direction == "above"
     low, high = axes.get_ylim()
     axes.axhspan(
-        limit.threshold if above else low,
-        high if above else limit.threshold,
+        threshold if above else low,
+        high if above else threshold,
         facecolor=LIMIT,
         alpha=0.06,
         linewidth=0,
         zorder=0,
     )
     axes.annotate(
-        f"limit {with_unit(plain(limit.threshold), unit)}",
-        (first, limit.threshold),
+        f"limit {threshold_words(limit.key, limit.threshold)}",
+        (first, threshold),
         xytext=(4, 4 if above else -4),
         textcoords="offset points",
         ha="left",
@@ -171,7 +201,24 @@ def _draw_tests(axes: Axes, trend: FigureTrend, tests: Sequence[TestResult]) -> 
         )
 
 
-def _draw_crossing(axes: Axes, forecast: Forecast, limit: Limit, end: float) -> None:
+def _draw_density(
+    axes: Axes, forecast: Forecast, limit: Limit, threshold: float, end: float
+) -> None:
+    """Stand the density of the crossing on the limit line, on the side that is past it."""
+    if forecast.already_crossed:
+        return
+    at = np.linspace(forecast.now_hours, end, 160)
+    density = crossing_density(forecast, at)
+    if not density.any():
+        return
+    low, high = axes.get_ylim()
+    side = 1.0 if limit.direction == "above" else -1.0
+    hill = threshold + side * _HILL * (high - low) * density / density.max()
+    axes.fill_between(at, threshold, hill, color=INK, alpha=0.2, linewidth=0, zorder=3)
+    axes.plot(at, hill, color=INK, linewidth=0.9, zorder=3)
+
+
+def _draw_crossing(axes: Axes, forecast: Forecast, threshold: float, end: float) -> None:
     if forecast.already_crossed:
         return
     crossing = outlook.crossing_hours(forecast)
@@ -181,7 +228,7 @@ def _draw_crossing(axes: Axes, forecast: Forecast, limit: Limit, end: float) -> 
     right = end if late is None else late
     axes.plot(
         [early, right],
-        [limit.threshold] * 2,
+        [threshold] * 2,
         color=INK,
         linewidth=3.2,
         zorder=5,
@@ -190,7 +237,7 @@ def _draw_crossing(axes: Axes, forecast: Forecast, limit: Limit, end: float) -> 
     ends = [early] if late is None else [early, late]
     axes.plot(
         ends,
-        [limit.threshold] * len(ends),
+        [threshold] * len(ends),
         "|",
         color=INK,
         markersize=11,
@@ -198,11 +245,11 @@ def _draw_crossing(axes: Axes, forecast: Forecast, limit: Limit, end: float) -> 
         zorder=5,
     )
     if late is None:
-        axes.plot([end], [limit.threshold], ">", color=INK, markersize=7, zorder=6, clip_on=False)
+        axes.plot([end], [threshold], ">", color=INK, markersize=7, zorder=6, clip_on=False)
     if middle is not None and middle <= end:
         axes.plot(
             [middle],
-            [limit.threshold],
+            [threshold],
             "D",
             color="white",
             markeredgecolor=INK,
@@ -226,10 +273,10 @@ def _events(forecast: Forecast, tests: Sequence[TestResult]) -> list[Event]:
 def _alt(trend: FigureTrend, forecast: Forecast, limit: Limit) -> str:
     named = quantity(limit.key)
     now = [float(np.interp(forecast.now_hours, trend.hours, q)) for q in trend.quantiles[[0, 2, 4]]]
-    low, middle, high = interval(*now)
+    low, middle, high = figure_interval(limit.key, *now)
     text = (
         f"{capital(named.name)} is {with_unit(middle, named.unit)} now (90 %: {low} to {high}); "
-        f"the limit is {with_unit(plain(limit.threshold), named.unit)}. "
+        f"the limit is {threshold_words(limit.key, limit.threshold)}. "
     )
     crossing, spread = outlook.crossing_hours(forecast), outlook.spread(forecast)
     early, late = crossing.get(0.05), crossing.get(0.95)

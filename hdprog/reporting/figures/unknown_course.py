@@ -19,6 +19,7 @@ from hdprog.reporting.figures.residual_strip import (
     coordinate_values,
 )
 from hdprog.reporting.geometry import MICRORADIAN
+from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.rounding import significant
 from hdprog.reporting.style import MUTED, Picture, new_figure, picture
 
@@ -77,6 +78,13 @@ def unknown_course(explanation: Explanation) -> Picture | None:
         good="none is needed.",
         bad="a clear shape that comes back in the next record: it is real, and the model lacks it.",
         action=_action(term.coordinate),
+        data=PictureData.along(
+            f"{explanation.test_id}-unknown",
+            (said.axis, "unknown term [µrad]", "readings it follows [µrad]"),
+            along,
+            curve,
+            points,
+        ),
     )
 
 

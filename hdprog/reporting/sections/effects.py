@@ -30,7 +30,7 @@ from hdprog.reporting.words import capital, listed, parameter_name, tidy
 
 TITLE = "What the drive model lacked"
 _FAR = 2.0  # standard deviations from which a shift is told in a sentence
-_PICTURED = 4  # tests of a drive
+_PICTURED = 3  # tests of a drive
 _NOT_PREDICTED = (
     " It describes this record and does not predict the parts of it that were left out: take it as "
     "a drawing of what remains, no more."

@@ -16,6 +16,7 @@ from hdprog.explanation import (
 from hdprog.reporting.bias import Shift, shifts
 from hdprog.reporting.effect_words import coordinate, effect_name
 from hdprog.reporting.error_words import LEFT_OUT, micro
+from hdprog.reporting.reader_units import shown
 from hdprog.reporting.rounding import (
     THIN_SPACE,
     grouped,
@@ -28,6 +29,7 @@ from hdprog.reporting.words import (
     agree,
     capital,
     listed,
+    parameter_factor,
     parameter_meaning,
     parameter_name,
     quantity,
@@ -144,7 +146,9 @@ def _parameter(name: str, levels: Quantiles, unit: str) -> Row:
     values = [levels[level] for level in (0.05, 0.50, 0.95)]
     if unit.startswith("rad") and max(map(abs, values)) < _SMALL_ANGLE:
         values, unit = [_MICRO * value for value in values], f"µ{unit}"
-    low, middle, high = interval(*values)
+    seen = shown(unit)
+    low, middle, high = interval(*(seen.factor * value for value in values))
+    unit = seen.unit
     return Row(spoken(name), (low, middle, high, "" if unit == "-" else unit))
 
 
@@ -197,10 +201,11 @@ def _shift(shift: Shift) -> Row:
     by = "–" if shift.deviations is None else _deviations(shift.deviations)
     clear = shift.deviations is None or abs(shift.deviations) >= _CLEAR
     off = off_words(shift) if clear else "within its spread"
-    cells = (_levels(shift.before), _levels(shift.after), off, by)
+    named = quantity(shift.key)
+    factor = named.factor if shift.is_figure else parameter_factor(shift.key)
+    cells = (_levels(shift.before, factor), _levels(shift.after, factor), off, by)
     if shift.is_figure:
-        named = quantity(shift.key)
-        return Row(f"{capital(named.name)} [{named.unit or '?'}]", cells)
+        return Row(capital(named.head), cells)
     return Row(parameter_name(shift.key), cells, note=parameter_meaning(shift.key))
 
 
@@ -208,8 +213,8 @@ def _deviations(value: float) -> str:
     return ("+" if value >= 0.05 else "") + grouped(value, 1)
 
 
-def _levels(levels: Quantiles) -> Cell:
-    low, middle, high = interval(levels[0.05], levels[0.50], levels[0.95])
+def _levels(levels: Quantiles, factor: float) -> Cell:
+    low, middle, high = interval(*(factor * levels[at] for at in (0.05, 0.50, 0.95)))
     return Value(middle, f"{low} to {high}")
 
 

@@ -11,7 +11,9 @@ from hdprog.reporting.sections.table import Row, Table, Value
 from hdprog.reporting.words import (
     agree,
     capital,
+    figure_interval,
     listed,
+    parameter_factor,
     parameter_meaning,
     parameter_name,
     quantity,
@@ -79,14 +81,14 @@ def _inside(test: TestResult, name: str, value: float) -> bool:
 def _table(test: TestResult, found: PaperIdentification) -> Table:
     rows = []
     for name in NAMES:
-        quantiles = test.parameters[name].quantiles
-        low, middle, high = interval(quantiles[0.05], quantiles[0.50], quantiles[0.95])
-        least, largest = found.other_choices[name]
+        quantiles, factor = test.parameters[name].quantiles, parameter_factor(name)
+        low, middle, high = interval(*(factor * quantiles[at] for at in (0.05, 0.50, 0.95)))
+        least, largest = (factor * value for value in found.other_choices[name])
         rows.append(
             Row(
                 parameter_name(name),
                 (
-                    significant(found.parameters[name]),
+                    significant(factor * found.parameters[name]),
                     Value(middle, f"{low} to {high}"),
                     "yes" if _inside(test, name, found.parameters[name]) else "no",
                     f"{significant(least)} to {significant(largest)}",
@@ -96,13 +98,13 @@ def _table(test: TestResult, found: PaperIdentification) -> Table:
         )
     for key, value in found.figures.items():
         levels = test.figures[key]
-        low, middle, high = interval(levels[0.05], levels[0.50], levels[0.95])
+        low, middle, high = figure_interval(key, levels[0.05], levels[0.50], levels[0.95])
         named = quantity(key)
         rows.append(
             Row(
                 capital(named.name),
                 (
-                    significant(value),
+                    significant(named.factor * value),
                     Value(middle, f"{low} to {high}"),
                     "yes" if levels[0.05] <= value <= levels[0.95] else "no",
                     "–",

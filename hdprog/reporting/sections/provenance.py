@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from hdprog.reporting.sections.table import Row, Table
 from hdprog.results import Provenance
 
 
-def provenance(made: Provenance, seconds: Mapping[str, float]) -> tuple[Table, Table]:
-    """List the run with the time that its parts took, and the files that it read."""
+def provenance(made: Provenance) -> tuple[Table, Table]:
+    """List the run and the files that it read: the same again from the same seed, the date aside.
+
+    The time that it took is not among it: it differs from run to run and says nothing of the drive.
+    """
     run = [
         Row("hdprog", (made.hdprog_version,)),
         Row("command", (made.command,)),
@@ -18,9 +19,6 @@ def provenance(made: Provenance, seconds: Mapping[str, float]) -> tuple[Table, T
         Row("made at", (made.created,)),
         *(Row(name, (version,)) for name, version in sorted(made.versions.items())),
     ]
-    if seconds:
-        spent = ", ".join(f"{name} {value:.1f} s" for name, value in seconds.items())
-        run.append(Row("time spent", (spent,)))
     files = [Row(name, (digest or "not from a file",)) for name, digest in made.files.items()]
     return (
         Table.flat("The run.", ("what", "value"), run),

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from hdprog.reporting import outlook
-from hdprog.reporting.rounding import hours, hours_up, interval, percent, share, without_unit
+from hdprog.reporting.rounding import hours, hours_up, percent, share, without_unit
 from hdprog.reporting.sections.table import Cell, Row, Table, Value
-from hdprog.reporting.words import capital, quantity, with_unit
+from hdprog.reporting.words import capital, figure_interval, quantity, with_unit
 from hdprog.results import DriveResult, Forecast
 
 
@@ -50,7 +50,7 @@ def _now(result: DriveResult, forecast: Forecast) -> Cell:
         float(np.interp(forecast.now_hours, figure.hours, row))
         for row in figure.quantiles[[0, 2, 4]]
     ]
-    low, middle, high = interval(*now)
+    low, middle, high = figure_interval(limit.key, *now)
     return Value(with_unit(middle, quantity(limit.key).unit), f"{low} to {high}")
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
+from hdprog.reporting.reader_units import shown
 from hdprog.reporting.rounding import (
     THIN_SPACE,
     grouped,
@@ -18,6 +20,7 @@ from hdprog.reporting.words import (
     agree,
     capital,
     listed,
+    parameter_factor,
     parameter_meaning,
     parameter_name,
     quantity,
@@ -55,10 +58,10 @@ def _together(result: DriveResult) -> Table | None:
         Row(
             test.test_id,
             (
-                _combination(state.combined_stiffness),
+                _combination(state.combined_stiffness, shown("Nm/rad").factor),
                 "no" if state.one_spring else "yes",
-                _combination(state.no_load_friction),
-                significant(state.largest_torque),
+                _combination(state.no_load_friction, shown("Nm").factor),
+                significant(shown("Nm").factor * state.largest_torque),
                 percent(state.beyond_record),
             ),
             doubtful=not test.converged,
@@ -68,10 +71,10 @@ def _together(result: DriveResult) -> Table | None:
     ]
     columns = (
         "test",
-        "stiffness K of cup and teeth [Nm/rad]",
+        f"stiffness K of cup and teeth [{shown('Nm/rad').unit}]",
         "K_F, a, b, T_T told apart",
-        "friction at no load [Nm]",
-        "largest torque [Nm]",
+        f"friction at no load [{shown('Nm').unit}]",
+        f"largest torque [{shown('Nm').unit}]",
         "T_i beyond it",
     )
     caption = (
@@ -87,9 +90,9 @@ def _weak(state: Identification) -> bool:
     return state.one_spring or not_reached(state)
 
 
-def _combination(found: Combination) -> Value:
+def _combination(found: Combination, factor: float) -> Value:
     levels = found.quantiles
-    low, middle, high = interval(levels[0.05], levels[0.50], levels[0.95])
+    low, middle, high = interval(*(factor * levels[at] for at in (0.05, 0.50, 0.95)))
     return Value(middle, f"{low} to {high}")
 
 
@@ -133,14 +136,16 @@ def _tooth_angle(test: TestResult) -> Table | None:
         summary = test.parameters.get(name)
         levels = test.figures[name] if summary is None else summary.quantiles
         changed = other.figures[name] if summary is None else other.parameters[name]
+        factor = quantity(name).factor if summary is None else parameter_factor(name)
         before, after = (
-            interval(values[0.05], values[0.50], values[0.95]) for values in (levels, changed)
+            interval(*(factor * values[at] for at in (0.05, 0.50, 0.95)))
+            for values in (levels, changed)
         )
-        change = 100 * (changed[0.50] / levels[0.50] - 1)
+        change = _change(levels, changed)
         cells = (
-            Value(significant(levels[0.50]), f"{before[0]} to {before[2]}"),
-            Value(significant(changed[0.50]), f"{after[0]} to {after[2]}"),
-            with_unit(grouped(change, 0), "%"),
+            Value(significant(factor * levels[0.50]), f"{before[0]} to {before[2]}"),
+            Value(significant(factor * changed[0.50]), f"{after[0]} to {after[2]}"),
+            "–" if change is None else with_unit(grouped(100 * change, 0), "%"),
         )
         unit = quantity(name).unit if summary is None else ""
         rows.append(Row(_name(name), cells, note=parameter_meaning(name) or unit))
@@ -150,7 +155,8 @@ def _tooth_angle(test: TestResult) -> Table | None:
         f"{test.test_id} gives what is below; where that matters, set alpha_deg in drive.toml."
     )
     if still:
-        most = max(abs(other.figures[key][0.50] / test.figures[key][0.50] - 1) for key in still)
+        changes = [_change(test.figures[key], other.figures[key]) for key in still]
+        most = max((abs(change) for change in changes if change is not None), default=0.0)
         names = [quantity(key).name for key in still]
         kinds = dict.fromkeys("stiffness" if "stiffness" in name else name for name in names)
         caption += (
@@ -159,6 +165,11 @@ def _tooth_angle(test: TestResult) -> Table | None:
             "their intervals."
         )
     return Table.flat(caption, ("number", f"{now}, assumed", then, "change"), rows)
+
+
+def _change(levels: Mapping[float, float], changed: Mapping[float, float]) -> float | None:
+    """Part by which a median changed; None from zero, as the width of a loop without friction."""
+    return changed[0.50] / levels[0.50] - 1 if levels[0.50] != 0 else None
 
 
 def _up(value: float) -> str:

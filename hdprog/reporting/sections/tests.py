@@ -18,6 +18,8 @@ from hdprog.reporting.sections.table import Cell, Group, Row, Table, Value
 from hdprog.reporting.words import (
     capital,
     contraction_words,
+    figure_interval,
+    parameter_factor,
     parameter_meaning,
     parameter_name,
     quantity,
@@ -37,7 +39,6 @@ _SAMPLING = {
     "autocorrelation_time": "autocorrelation time",
     "acceptance": "acceptance",
     "evaluations": "model evaluations",
-    "seconds": "seconds",
 }
 
 
@@ -98,16 +99,19 @@ def figures(result: DriveResult, catalogue: Mapping[str, float]) -> Table:
         rows += [
             Row(
                 head,
-                tuple(_figure(values.get(key)) for key in keys),
+                tuple(_figure(key, values.get(key)) for key in keys),
                 doubtful=not test.converged,
             )
             for head, values in sources
         ]
     maker = [catalogue.get(key) for key in keys]
     if any(value is not None for value in maker):
-        cells = tuple("–" if value is None else significant(value, 2) for value in maker)
+        cells = tuple(
+            "–" if value is None else significant(quantity(key).factor * value, 2)
+            for key, value in zip(keys, maker, strict=True)
+        )
         rows.append(Row("maker's catalogue", cells))
-    heads = [f"{quantity(key).name} [{quantity(key).unit or '?'}]" for key in keys]
+    heads = [quantity(key).head for key in keys]
     caption = "Figures of merit of each test by itself: median, below it the 90 % interval."
     if any(test.figures_with_effects for test in result.tests):
         caption += (
@@ -117,10 +121,10 @@ def figures(result: DriveResult, catalogue: Mapping[str, float]) -> Table:
     return Table.flat(caption, ("test", *heads), rows)
 
 
-def _figure(levels: Mapping[float, float] | None) -> Cell:
+def _figure(key: str, levels: Mapping[float, float] | None) -> Cell:
     if levels is None:
         return "–"
-    low, middle, high = interval(levels[0.05], levels[0.50], levels[0.95])
+    low, middle, high = figure_interval(key, levels[0.05], levels[0.50], levels[0.95])
     return Value(middle, f"{low} to {high}")
 
 
@@ -154,8 +158,8 @@ def parameters(result: DriveResult) -> Table:
 
 
 def _parameter(name: str, found: ParameterSummary) -> Row:
-    levels = found.quantiles
-    low, middle, high = interval(levels[0.05], levels[0.50], levels[0.95])
+    levels, factor = found.quantiles, parameter_factor(name)
+    low, middle, high = interval(*(factor * levels[at] for at in (0.05, 0.50, 0.95)))
     told = f"{contraction_words(found.contraction)} ({grouped(found.contraction, 2)})"
     checks = (_rhat(found.rhat), _count(found.ess_bulk), _count(found.ess_tail))
     meaning = parameter_meaning(name)
@@ -172,12 +176,12 @@ def _count(value: float) -> str:
 
 def diagnostics(result: DriveResult) -> Table:
     """How each fit was sampled and whether it converged."""
-    named = {_SAMPLING.get(key, spoken(key)): key for t in result.tests for key in t.diagnostics}
+    named = dict.fromkeys(name for test in result.tests for name in _settings(test))
     rows = []
     for test in result.tests:
         rhats = [found.rhat for found in test.parameters.values()]
         sizes = [min(found.ess_bulk, found.ess_tail) for found in test.parameters.values()]
-        own = {_SAMPLING.get(key, spoken(key)): value for key, value in test.diagnostics.items()}
+        own = _settings(test)
         cells = [
             "yes" if test.converged else "NO",
             _rhat(max(rhats, default=float("nan"))),
@@ -191,6 +195,15 @@ def diagnostics(result: DriveResult) -> Table:
         "or more (400 in a quick run), at least 50 autocorrelation times long."
     )
     return Table.flat(capital(caption), columns, rows)
+
+
+def _settings(test: TestResult) -> dict[str, float]:
+    """Numbers of the sampling by their names; not the time, which differs from run to run."""
+    return {
+        _SAMPLING.get(key, spoken(key)): value
+        for key, value in test.diagnostics.items()
+        if key != "seconds"
+    }
 
 
 def _setting(value: float | None) -> str:

@@ -1,0 +1,123 @@
+"""What changed since the test before: each figure then and now, and whether it is clear."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from hdprog.reporting.bias import DEVIATIONS_IN_90
+from hdprog.reporting.effect_words import effect_name
+from hdprog.reporting.rounding import grouped, hours, rounded
+from hdprog.reporting.sections.table import Row, Table, Value
+from hdprog.reporting.words import capital, figure_interval, listed, quantity
+from hdprog.results import DriveResult, TestResult
+
+_CLEAR = 2.0  # standard deviations of the difference from which a change is said to be clear
+_NONE = "–"
+_UNMOVED = "none of the figures that matter here has moved"
+
+
+@dataclass(frozen=True)
+class Changes:
+    """The last two tests side by side: what to know in words, and every figure in a table."""
+
+    text: str
+    table: Table
+
+
+def changes(result: DriveResult) -> Changes | None:
+    """Compare the last test with the one before it; None for a single test."""
+    if len(result.tests) < 2:
+        return None
+    before, now = result.tests[-2:]
+    limited = [limit.key for limit in result.drive.limits]
+    keys = sorted(
+        (key for key in now.figures if key in before.figures), key=lambda key: key not in limited
+    )
+    rows = [_row(key, before, now) for key in keys]
+    table = Table.flat(
+        "Figures of merit of the last two tests: median, below it the 90 % interval. A change is "
+        f"called clear from {_CLEAR:g} standard deviations of the difference of the two tests; how "
+        "far mounting the drive anew moves a figure is not in these, but in the trend.",
+        ("figure", _head(before), _head(now), "change", "said by the two tests"),
+        rows,
+        doubtful=not (before.converged and now.converged),
+    )
+    told = [key for key in keys if key in limited] or keys
+    return Changes(_text(told, before, now), table)
+
+
+def _head(test: TestResult) -> str:
+    when = "" if test.service_hours is None else f", {hours(test.service_hours)}"
+    return f"{test.test_id}{when}"
+
+
+def _row(key: str, before: TestResult, now: TestResult) -> Row:
+    old, new, named = before.figures[key], now.figures[key], quantity(key)
+    change, spread = new[0.50] - old[0.50], _spread(old, new)
+    shift = _shift(old, new)
+    difference = rounded(named.factor * change, named.factor * spread)
+    share = "" if old[0.50] == 0 else f"{_signed(grouped(100.0 * change / old[0.50], 1))} %"
+    cells = (
+        _levels(key, old),
+        _levels(key, new),
+        Value(_signed(difference), share),
+        _words(shift),
+    )
+    return Row(capital(named.head), cells)
+
+
+def _levels(key: str, levels: Mapping[float, float]) -> Value:
+    low, middle, high = figure_interval(key, levels[0.05], levels[0.50], levels[0.95])
+    return Value(middle, f"{low} to {high}")
+
+
+def _spread(old: Mapping[float, float], new: Mapping[float, float]) -> float:
+    """Standard deviation of the difference of two independent tests."""
+    widths = [(levels[0.95] - levels[0.05]) / DEVIATIONS_IN_90 for levels in (old, new)]
+    return math.hypot(*widths)
+
+
+def _shift(old: Mapping[float, float], new: Mapping[float, float]) -> float | None:
+    spread = _spread(old, new)
+    return (new[0.50] - old[0.50]) / spread if spread > 0 else None
+
+
+def _signed(number: str) -> str:
+    return number if number[:1] in "−–" or not number.strip("0.") else f"+{number}"
+
+
+def _words(shift: float | None) -> str:
+    if shift is None:
+        return _NONE
+    if abs(shift) < _CLEAR:
+        return "no clear change"
+    return f"{'risen' if shift > 0 else 'fallen'} ({grouped(abs(shift), 1)} standard deviations)"
+
+
+def _text(keys: list[str], before: TestResult, now: TestResult) -> str:
+    moved: dict[str, list[str]] = {"risen": [], "fallen": []}
+    for key in keys:
+        shift = _shift(before.figures[key], now.figures[key])
+        if shift is not None and abs(shift) >= _CLEAR:
+            moved["risen" if shift > 0 else "fallen"].append(quantity(key).name)
+    parts = [
+        f"{listed(names)} {'has' if len(names) == 1 else 'have'} {way}"
+        for way, names in moved.items()
+        if names
+    ]
+    since = f"Since test {before.test_id}"
+    if before.service_hours is not None and now.service_hours is not None:
+        since += f", {hours(now.service_hours - before.service_hours)} earlier"
+    if now.event:
+        since += f" and before the drive was {now.event}"
+    said = "; ".join(parts) if parts else f"{_UNMOVED} by more than the two tests' noise"
+    text = f"{since}: {said}."
+    added = [effect_name(effect) for effect in now.effects if effect not in before.effects]
+    gone = [effect_name(effect) for effect in before.effects if effect not in now.effects]
+    if added:
+        text += f" Effects that the test before did not have: {listed(added)}."
+    if gone:
+        text += f" Effects that only the test before had: {listed(gone)}."
+    return text

@@ -1,0 +1,18 @@
+"""The situations that a report has to put into words, each with the name of its golden file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from hdprog.results import DriveResult
+from tests.reporting import drives, explanations
+
+SITUATIONS: Mapping[str, Callable[[], DriveResult]] = {
+    "healthy": drives.healthy,
+    "inspect-by": lambda: drives.wearing(drives.LOST_MOTION, drives.SECANT),
+    "past-the-limit": drives.past_limit,
+    "not-enough-data": lambda: drives.wearing(count=1, now=100.0, crossing=6000.0, spread=1500.0),
+    "not-converged": drives.not_converged,
+    "effect-found": explanations.of_drive,
+    "unexplained": lambda: explanations.single(explanations.unexplained()),
+}
