@@ -11,6 +11,7 @@ LIMIT_ROWS = 6
 _NUMBERS = ("ratio", "alpha_deg", "rated_torque_Nm", "reference_torque_Nm")
 _FORECAST = ("horizon_hours", "acceptable_risk", "next_shutdown_hours")
 _NOISE = ("torque_resolution_Nm", "angle_resolution_rad")
+_SECTIONS = ("drive", "forecast", "noise", "prior", "columns", "limits")
 _COLUMNS = ("torque", "angle", "time", "temperature", "output_angle")
 
 
@@ -46,14 +47,14 @@ def content_of_form(
     Parameters
     ----------
     fields : of the form
-    kept : content that the form has no fields for, such as a selection of rows
+    kept : earlier content; what the form has no fields for stays, such as a selection of rows
 
     Raises
     ------
     BadInputError
         for text where a number belongs
     """
-    content = {name: value for name, value in (kept or {}).items() if name == "select"}
+    content = {name: value for name, value in (kept or {}).items() if name not in _SECTIONS}
     drive: dict[str, Any] = {"id": fields.get("id", "").strip()}
     if model := fields.get("model", "").strip():
         drive["model"] = model
