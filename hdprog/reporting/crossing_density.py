@@ -12,6 +12,8 @@ from hdprog.results import Forecast
 _POINTS = 400
 _EFFECTIVE = 150.0
 """Draws that the smoothing takes the forecast to rest on: it hides steps, not the shape."""
+_NEAREST, _NARROWEST = 1e-5, 0.01
+"""Least hours from now, as a share of the horizon's; least width, as a share of the hours."""
 
 
 def crossing_density(forecast: Forecast, hours: FloatArray) -> FloatArray:
@@ -35,16 +37,18 @@ def crossing_density(forecast: Forecast, hours: FloatArray) -> FloatArray:
     if end - start <= 1e-6:
         return np.zeros_like(hours)
     levels = start + (end - start) * (np.arange(_POINTS) + 0.5) / _POINTS
-    at = np.interp(levels, table[:, 1], table[:, 0])
-    width = _bandwidth(at, float(table[-1, 0] - table[0, 0]))
-    # Reflected at now, before which nothing is left to cross.
-    centres = np.concatenate([at, 2 * table[0, 0] - at])
-    distance = (hours[:, None] - centres) / width
+    now, span = float(table[0, 0]), float(table[-1, 0] - table[0, 0])
+    # Over the logarithm of the hours from now: nothing leaks to before now, and what comes soon is
+    # not smeared by what may come late.
+    ahead = np.maximum(hours - now, _NEAREST * span)
+    at = np.log(np.maximum(np.interp(levels, table[:, 1], table[:, 0]) - now, _NEAREST * span))
+    width = _bandwidth(at)
+    distance = (np.log(ahead)[:, None] - at) / width
     hill = np.exp(-0.5 * distance**2).sum(axis=1) / (_POINTS * width * math.sqrt(2 * math.pi))
-    return np.asarray(np.where(inside, (end - start) * hill, 0.0))
+    return np.asarray(np.where(inside, (end - start) * hill / ahead, 0.0))
 
 
-def _bandwidth(at: FloatArray, span: float) -> float:
+def _bandwidth(at: FloatArray) -> float:
     low, high = np.quantile(at, [0.25, 0.75])
     spread = min(float(at.std()), float(high - low) / 1.34) or float(at.std())
-    return float(max(1.06 * spread * _EFFECTIVE**-0.2, 1e-3 * span))
+    return float(max(1.06 * spread * _EFFECTIVE**-0.2, _NARROWEST))
