@@ -11,13 +11,14 @@ import pytest
 from hdprog.reporting.build import build_report
 from hdprog.reporting.fleet_index import build_fleet_index, fleet_drive
 from hdprog.reporting.summary import summary_json
-from tests.browser import chromium, needs_chromium
+from tests.browser import chromium, needs_chromium, violations
+from tests.example_reports.build import REPORTS
 from tests.reporting.situations import SITUATIONS
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-EXAMPLES = sorted((Path(__file__).resolve().parents[2] / "reports").glob("*.html"))
+EXAMPLES = sorted(REPORTS.glob("*.html"))
 PATIENCE = 120_000  # ms; a loaded machine draws slowly
 A4 = (int((210 - 2 * 13) / 25.4 * 96), int((297 - 2 * 14) / 25.4 * 96))  # px inside the margins
 
@@ -48,14 +49,6 @@ def opened(browser: Browser, path: Path, scheme: str, width: int) -> tuple[Page,
     )
     page.goto(path.as_uri())
     return page, faults
-
-
-def violations(page: Page) -> list[str]:
-    """What axe-core finds against the accessibility of a page, with the first place of each."""
-    from axe_playwright_python.sync_playwright import Axe
-
-    found = Axe().run(page).response["violations"]
-    return [f"{one['id']}: {one['help']}: {one['nodes'][0]['html'][:200]}" for one in found]
 
 
 def test_there_are_examples_to_open() -> None:

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 from pathlib import Path
 
 import matplotlib.image
 import numpy as np
-import pytest
 
 from hdprog.reporting.build import build_report
+from tests.browser import CHROMIUM, needs_chromium
 from tests.reporting import drives
 
-BROWSER = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
 OPTIONS = (
     "--headless",
     "--no-sandbox",
@@ -28,10 +24,7 @@ OPTIONS = (
     "--hide-scrollbars",
 )
 
-pytestmark = [
-    pytest.mark.chromium,
-    pytest.mark.skipif(BROWSER is None, reason="no Chromium browser is installed"),
-]
+pytestmark = list(needs_chromium)
 
 
 def render(page: str, folder: Path, width: int, height: int) -> np.ndarray:
@@ -40,7 +33,7 @@ def render(page: str, folder: Path, width: int, height: int) -> np.ndarray:
     source.write_text(page, "utf-8")
     subprocess.run(
         [
-            str(BROWSER),
+            str(CHROMIUM),
             *OPTIONS,
             f"--user-data-dir={folder / 'profile'}",
             f"--window-size={width},{height}",

@@ -8,9 +8,10 @@ import pytest
 from tinyhtml5.parser import HTMLParser
 
 from hdprog.reporting.build import build_report
+from tests.example_reports.build import REPORTS
 from tests.reporting.situations import SITUATIONS
 
-EXAMPLES = sorted((Path(__file__).resolve().parents[2] / "reports").glob("*.html"))
+EXAMPLES = sorted(REPORTS.glob("*.html"))
 
 
 def errors(page: str) -> list[tuple[object, ...]]:

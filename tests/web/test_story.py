@@ -3,27 +3,21 @@
 from __future__ import annotations
 
 import json
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
+from tests.browser import chromium, needs_chromium, violations
 from tests.web.server import PASSWORD, PATIENCE, Server, hdprog, wait_for_jobs
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-BROWSER = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
 LOOPS = Path(__file__).resolve().parents[2] / "datasets" / "wearing-csf-25-80" / "loops"
 
-pytestmark = [
-    pytest.mark.chromium,
-    pytest.mark.skipif(BROWSER is None, reason="no Chromium browser is installed"),
-]
+pytestmark = list(needs_chromium)
 
 
 @pytest.fixture(scope="module")
@@ -35,16 +29,10 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     started.kill()
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(
-            executable_path=BROWSER, args=["--no-sandbox", "--disable-gpu"]
-        )
+@pytest.fixture(scope="module", name="browser")
+def browser_fixture() -> Iterator[Browser]:
+    with chromium() as opened:
         yield opened
-        opened.close()
 
 
 def open_page(
@@ -159,8 +147,6 @@ def test_every_field_has_a_label_and_every_page_a_heading(browser: Browser, serv
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_no_barrier(browser: Browser, server: Server, scheme: str) -> None:
-    from axe_playwright_python.sync_playwright import Axe
-
     name = f"axe-{scheme}"
     with server.api() as api:
         assert api.post("/drives", json={"drive": {"id": name}}).status_code == 201
@@ -174,8 +160,7 @@ def test_axe_finds_no_barrier(browser: Browser, server: Server, scheme: str) -> 
     results = (f"/tests/{taken['test_uid']}", f"/jobs/{taken['job_id']}")
     for path in ("/", "/drives/new", "/settings", "/audit", "/nosuch", *own, *results):
         page.goto(path)
-        found = [(one["id"], one["nodes"]) for one in Axe().run(page).response["violations"]]
-        assert found == [], path
+        assert violations(page) == [], path
 
 
 def test_too_much_is_said_before_it_is_sent(
