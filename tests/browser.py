@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+import matplotlib.image
+import numpy as np
 import pytest
 
 if TYPE_CHECKING:
@@ -32,6 +36,22 @@ def chromium() -> Iterator[Browser]:
         )
         yield opened
         opened.close()
+
+
+def render(page: str, folder: Path, width: int, height: int) -> np.ndarray:
+    """Pixels (height, width, 3) of a page's first screen of that size."""
+    source = folder / "report.html"
+    source.write_text(page, "utf-8")
+    with chromium() as browser:
+        opened = browser.new_page(viewport={"width": width, "height": height})
+        opened.goto(source.as_uri())
+        return matplotlib.image.imread(io.BytesIO(opened.screenshot()))[..., :3]
+
+
+def near(pixels: np.ndarray, colour: str) -> int:
+    """Count of pixels of a colour."""
+    wanted = np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
+    return int((np.abs(pixels - wanted).max(axis=-1) < 0.03).sum())
 
 
 def violations(page: Page) -> list[str]:

@@ -2,55 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
-import matplotlib.image
-import numpy as np
-
 from hdprog.reporting.build import build_report
-from tests.browser import CHROMIUM, needs_chromium
+from tests.browser import near, needs_chromium, render
 from tests.reporting import drives
 
-OPTIONS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--hide-scrollbars",
-)
-
 pytestmark = list(needs_chromium)
-
-
-def render(page: str, folder: Path, width: int, height: int) -> np.ndarray:
-    """Pixels (height, width, 3) of a page."""
-    source, picture = folder / "report.html", folder / "report.png"
-    source.write_text(page, "utf-8")
-    subprocess.run(
-        [
-            str(CHROMIUM),
-            *OPTIONS,
-            f"--user-data-dir={folder / 'profile'}",
-            f"--window-size={width},{height}",
-            f"--screenshot={picture}",
-            source.as_uri(),
-        ],
-        check=True,
-        capture_output=True,
-        timeout=120,
-    )
-    return matplotlib.image.imread(picture)[..., :3]
-
-
-def near(pixels: np.ndarray, colour: str) -> int:
-    """Count of pixels of a colour."""
-    wanted = np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
-    return int((np.abs(pixels - wanted).max(axis=-1) < 0.03).sum())
 
 
 def test_the_first_screen_holds_the_verdict_and_the_pictures_are_drawn(tmp_path: Path) -> None:

@@ -16,10 +16,10 @@ from hdprog.reporting.sections.warnings import warnings
 from hdprog.reporting.style import house_style
 from hdprog.reporting.verdict import verdict
 from hdprog.results import DriveResult
+from tests.browser import CHROMIUM, near, render
 from tests.reporting import drives, explanations
 from tests.reporting.effects_view import said, section, tables
 from tests.reporting.page import Page, spaced
-from tests.reporting.test_chromium import BROWSER, near, render
 
 MECHANISMS = (
     "torque offset",
@@ -329,7 +329,7 @@ def test_each_pictured_test_adds_less_than_a_tenth_of_a_megabyte() -> None:
 
 
 @pytest.mark.chromium
-@pytest.mark.skipif(BROWSER is None, reason="no Chromium browser is installed")
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium browser is installed")
 def test_a_browser_shows_the_residual_and_the_line_of_what_was_added(tmp_path: Path) -> None:
     page = build_report(explanations.single(explanations.record()))
     start = page.index('<section aria-labelledby="effects">')
