@@ -1,0 +1,1 @@
+"""Calibration of forecasts end to end: drives drawn from the priors, their loops fitted."""

@@ -1,0 +1,214 @@
+"""Drives drawn from the priors that they are judged with: wear, tests, loops, and what comes after.
+
+What a drive does up to its last test is drawn here from the equations of
+`hdprog.trend.state_space`, without its filter; what it does afterwards is the forecast's own
+process, so that ranks test the inference and not the choice of a law of wear. The pace of wear is
+less spread than in the shipped prior, in the draw and in the fit alike: at its far ends a drive is
+worn out, or as new, at every test.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+
+from hdprog.config import Drive, ForecastSettings, Limit
+from hdprog.data.loop import Loop
+from hdprog.forecast.limits import request_of
+from hdprog.inference.prior_file import read_prior_file
+from hdprog.inference.priors import Prior
+from hdprog.physics.drive_model import torsion_angle
+from hdprog.physics.figures import Operation
+from hdprog.physics.parameters import NAMES, FloatArray, in_support
+from hdprog.physics.torque_path import TorquePath
+from hdprog.trend.ahead import simulate_ahead
+from hdprog.trend.evidence import LoopEvidence
+from hdprog.trend.figure_paths import figure_paths
+from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
+from hdprog.trend.wear_clock import ServiceClock
+from hdprog.trend.wear_coordinates import StatePrior, to_loop
+from hdprog.trend.wear_prior import WearPrior, read_wear_prior
+
+SEED = 81
+TESTS = 5
+NOW, HORIZON = 1500.0, 4000.0
+"""Hours of the last test, and up to which a crossing counts."""
+PACE = 0.7  # standard deviation of its logarithm
+READINGS = 200
+NOISE = (4e-6, 3e-5)  # rad, drawn evenly in the logarithm
+TORQUES = (63.0, 80.0, 100.0)
+LIMITS = (
+    Limit("lost_motion_arcmin", 1.2, "above"),
+    Limit("secant_stiffness_Nm_per_rad", 22_000.0, "below", 14.0),
+    Limit("hysteresis_width_arcmin", 0.32, "below"),
+)
+DRIVE = replace(
+    Drive.default(),
+    model="CSF-25-80",
+    rated_torque=63.0,
+    alpha_declared=True,
+    limits=LIMITS,
+    forecast=ForecastSettings(HORIZON),
+)
+OPERATION = Operation(DRIVE.alpha, 63.0, 63.0)
+_GRID = 400
+_FARTHEST, _MOST_WEAR = 6.0, 30.0  # what the fit leaves out of its prior
+_FARTHEST_STATE = 15.0  # prior spreads, as in forecasts
+_DRIVE, _FIT = range(2)  # streams of random numbers of one drive
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A drive and what becomes of it.
+
+    Attributes
+    ----------
+    loops, hours : of its tests
+    deviates : (9,) of the hyperparameters
+    now : (8,) unconstrained coordinates just after the last test, without its scatter
+    later : (hours, 8) coordinates at `LATER`
+    crossings : hours at which each of `LIMITS` is first crossed; infinite where it is not
+    past : whether each is crossed at the last test
+    """
+
+    loops: tuple[Loop, ...]
+    hours: FloatArray
+    deviates: FloatArray
+    now: FloatArray
+    later: FloatArray
+    crossings: tuple[float, ...]
+    past: tuple[bool, ...]
+
+
+LATER = (0.5 * (NOW + HORIZON), HORIZON)
+
+
+@lru_cache(maxsize=1)
+def loop_prior() -> Prior:
+    """The prior of the loops."""
+    return read_prior_file("csf-25-80").prior(None)
+
+
+@lru_cache(maxsize=1)
+def wear_prior() -> WearPrior:
+    """The shipped prior of wear with less spread of the pace."""
+    shipped = read_wear_prior()
+    content = shipped.model_dump()
+    content["wear_rate"]["log_sd"] = PACE
+    return WearPrior.model_validate(content)
+
+
+def fit_rng(index: int) -> np.random.Generator:
+    """Random numbers of a drive's fits."""
+    return np.random.default_rng([SEED, index, _FIT])
+
+
+def draw(index: int) -> Drawn:
+    """The drive with that number, always the same; drawn anew until all tests are possible."""
+    rng = np.random.default_rng([SEED, index, _DRIVE])
+    while True:
+        found = _attempt(rng)
+        if found is not None:
+            return found
+
+
+def _attempt(rng: np.random.Generator) -> Drawn | None:
+    prior, wear = loop_prior(), wear_prior()
+    gaps = rng.gamma(2.5, size=TESTS - 1)
+    hours = np.concatenate([[0.0], np.cumsum(gaps) / gaps.sum()]) * NOW
+    deviates = rng.standard_normal(len(HYPERPARAMETERS))
+    if np.abs(deviates).max() > _FARTHEST:
+        return None
+    values = Hyperparameters.of(deviates[None], wear)
+    tests = cast(
+        "list[LoopEvidence]",
+        [SimpleNamespace(service_hours=h, event=None, load_hours=None) for h in hours],
+    )
+    grid = np.linspace(NOW, HORIZON, _GRID + 1)
+    timeline, _ = Timeline.of(tests, ServiceClock.of(tests), wear, grid)
+    steps = Steps.of(timeline, values, StatePrior.of(prior, wear), wear)
+    if steps.upto(TESTS).passed.sum() > _MOST_WEAR:
+        return None
+    states, carried = until_now(steps, rng)
+    scatter = values.scatter[0] * wear.scales
+    met = to_loop(states + scatter * rng.standard_normal(states.shape))
+    if not in_support(prior.to_physical(met), DRIVE.alpha).all():
+        return None
+    ahead = simulate_ahead(steps, rng, (states[-1:], carried[None]), TESTS, wear.rate_ahead)[0]
+    farthest = _FARTHEST_STATE * np.sqrt(steps.initial_variance)
+    ahead = np.clip(ahead, steps.initial_mean - farthest, steps.initial_mean + farthest)
+    at_b = NAMES.index("b")
+    ahead[:, at_b] = _level_off(states[-1, at_b], ahead[:, at_b], wear, float(rng.uniform()))
+    paths = to_loop(ahead)
+    crossings, past = zip(*(_crossing(limit, paths, grid) for limit in LIMITS), strict=True)
+    return Drawn(
+        tuple(_loop(prior, one, rng) for one in met),
+        hours,
+        deviates,
+        paths[0],
+        paths[np.searchsorted(grid, LATER)],
+        crossings,
+        past,
+    )
+
+
+def until_now(steps: Steps, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """States (tests, 8) at the tests, and what the last carries: loadings, running-in, rate."""
+    size = steps.size
+    x = steps.initial_mean + np.sqrt(steps.initial_variance) * rng.standard_normal(size)
+    loadings = steps.loading_mean[0] + np.sqrt(steps.loading_variance) * rng.standard_normal(size)
+    extent = steps.running_in[0] + np.sqrt(steps.running_in[1]) * rng.standard_normal()
+    rate, states = 0.0, []
+    for time in range(TESTS):
+        passed, departure = steps.passed[0, time], np.sqrt(steps.departure[0, time])
+        turn, lead, common = rng.standard_normal(3)
+        # A random walk's mean over a stretch, given where it ends (Brownian bridge).
+        meanwhile = rate + departure * (turn / 2 + lead / np.sqrt(12))
+        along = steps.settled[0, time] * extent + passed * meanwhile
+        along += np.sqrt(steps.shared[0, time]) * common
+        x = x + loadings * steps.wear[0, time] + along * steps.direction
+        x = x + np.sqrt(steps.own[0, time]) * rng.standard_normal(size)
+        rate += departure * turn
+        states.append(x)
+    return np.array(states), np.concatenate([loadings, [extent, rate]])
+
+
+def _level_off(now: float, ahead: FloatArray, wear: WearPrior, deviate: float) -> FloatArray:
+    """log b past the last test, (times,), which tends to a floor as worn teeth do."""
+    floor = wear.floor(np.exp([now]), np.array([deviate]))[0]
+    share = min(float(floor / np.exp(now)), 0.999)
+    fall = np.maximum(now - ahead, 0.0)
+    worn = now + np.log(share + (1 - share) * np.exp(-fall / (1 - share)))
+    return np.asarray(np.where(fall > 0, worn, ahead))
+
+
+def _crossing(limit: Limit, paths: FloatArray, grid: FloatArray) -> tuple[float, bool]:
+    values = figure_paths(request_of(limit), paths, loop_prior(), OPERATION)
+    beyond = values >= limit.threshold if limit.direction == "above" else values <= limit.threshold
+    if beyond[0]:
+        return NOW, True
+    if not beyond.any():
+        return np.inf, False
+    after = int(np.argmax(beyond))
+    share = (limit.threshold - values[after - 1]) / (values[after] - values[after - 1])
+    return float(grid[after - 1] + share * (grid[after] - grid[after - 1])), False
+
+
+def _loop(prior: Prior, coordinates: FloatArray, rng: np.random.Generator) -> Loop:
+    """Two-sided loop with white noise, an arbitrary zero and an unknown slip at its beginning."""
+    top = float(rng.choice(TORQUES))
+    turns = [0.0, top, -top, top]
+    travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(turns)))])
+    at = np.linspace(0.0, travel[-1], READINGS)
+    every = np.union1d(at, travel)
+    path = TorquePath.exact(np.interp(every, travel, turns))
+    parameters = prior.to_physical(coordinates[None])
+    clean = torsion_angle(path, parameters, DRIVE.alpha, initial_fraction=rng.uniform(size=1))[0]
+    chosen = np.searchsorted(every, at)
+    noise = float(np.exp(rng.uniform(*np.log(NOISE))))
+    angle = clean[chosen] + noise * rng.standard_normal(READINGS) + rng.uniform(-1e-3, 1e-3)
+    return Loop(torque=path.torque[chosen], angle=angle, time=at / 2.0)
