@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import logging
+import math
 import os
 import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,11 +16,12 @@ from typing import NoReturn
 
 from dbos import DBOS
 from sqlalchemy.exc import DBAPIError
+from sqlalchemy.orm import Session
 
 from hdprog.service.job_process import JobProcess
 from hdprog.service.queue import NAME, WORKFLOW, Queue, configuration, quiet_logs
 from hdprog.service.slots import Places, places_of, taken_slot
-from hdprog.store import jobs
+from hdprog.store import jobs, workers
 from hdprog.store.database import patiently
 from hdprog.store.store import Store
 
@@ -67,17 +72,43 @@ def work(settings: WorkerSettings, stop: threading.Event) -> None:
         DBOS.listen_queues([NAME])
         DBOS.launch()
         log.info("worker %s takes jobs", name)
+        pulse = _Pulse(store, name)
         try:
+            pulse.beat()
             while not stop.wait(_SWEEP_SECONDS):
                 if hold.lost():
                     _end_at_once(name)
                 _take_over(queue, places, name)
+                pulse.beat()
         finally:
+            pulse.end()
             # A job that was interrupted stays taken in this place's name: who takes the place next
             # takes the job up again.
             DBOS.destroy(destroy_registry=True)
             queue.close()
             store.close()
+
+
+class _Pulse:
+    """Lets pages know that this worker lives; a database that is away costs no more than a mark."""
+
+    def __init__(self, store: Store, name: str) -> None:
+        self._store, self._name = store, name
+        self._last = -math.inf
+
+    def beat(self) -> None:
+        """Leave a mark, if the last one is old enough."""
+        if time.monotonic() - self._last >= workers.MARK_SECONDS:
+            self._write(workers.mark)
+            self._last = time.monotonic()
+
+    def end(self) -> None:
+        """Take the mark away."""
+        self._write(workers.forget)
+
+    def _write(self, change: Callable[[Session, str], None]) -> None:
+        with suppress(DBAPIError), self._store.writing() as session:
+            change(session, self._name)
 
 
 def _take_over(queue: Queue, places: Places, own: str) -> None:

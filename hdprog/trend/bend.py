@@ -50,6 +50,9 @@ class Bend:
     def correction(self, measured: FloatArray) -> FloatArray:
         """Compute what to add to draws (draws, n) of what the test met, same shape."""
         centre, tangent = self._ridge(self.point[None])
+        if not np.isfinite(tangent).all():
+            # Teeth that are all met at no torque at all leave no ridge to follow.
+            return np.zeros_like(measured)
         inverse = np.linalg.inv(tangent[0])
         weight = inverse.T @ self.loop.precision @ inverse
         target = centre + (measured - self.point) @ tangent[0].T

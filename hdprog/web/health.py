@@ -6,7 +6,7 @@ from fastapi import APIRouter, Request, Response
 from pydantic import BaseModel
 
 from hdprog import __version__
-from hdprog.store import jobs
+from hdprog.store import jobs, workers
 from hdprog.store.database import reachable
 from hdprog.web.service import service_of
 
@@ -21,18 +21,19 @@ class Health(BaseModel):
     database: str
     disk: str
     open_jobs: int | None
+    workers: int | None
 
 
 @router.get("/healthz", responses={503: {"model": Health, "description": "Not well."}})
 def health(request: Request, response: Response) -> Health:
-    """Say whether the database answers and the disk has room."""
+    """Say whether the database answers and the disk has room, and how many workers live."""
     service = service_of(request)
     well = reachable(service.store.database) is None
     room = service.has_room()
-    count = None
+    count, at_work = None, None
     if well:
         with service.store.reading() as session:
-            count = jobs.open_jobs(session)
+            count, at_work = jobs.open_jobs(session), len(workers.alive(session))
     if not (well and room):
         response.status_code = 503
     return Health(
@@ -41,4 +42,5 @@ def health(request: Request, response: Response) -> Health:
         database="ok" if well else "no answer",
         disk="ok" if room else "full",
         open_jobs=count,
+        workers=at_work,
     )

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
-from hdprog.store import jobs
+from hdprog.store import jobs, workers
 from hdprog.store.drives import fleet
 from hdprog.store.settings import service_settings
 from hdprog.web.rendering import render
@@ -36,6 +36,7 @@ def fleet_page(
     """Show the fleet."""
     with service_of(request).store.reading() as session:
         found = fleet(session, page=page, size=_SIZE, search=q.strip(), status=status or None)
+        waiting = jobs.open_jobs(session)
         context = {
             "drives": found.drives,
             "counts": [
@@ -47,7 +48,8 @@ def fleet_page(
             "pages": max(1, -(-found.found // _SIZE)),
             "q": q,
             "status": status,
-            "open_jobs": jobs.open_jobs(session),
+            "open_jobs": waiting,
+            "nobody": waiting > 0 and not workers.alive(session),
             "place": service_settings(session).title,
         }
     return render(request, "fleet.html", context, who=who)

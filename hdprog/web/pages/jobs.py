@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Form, Request
 from starlette.responses import RedirectResponse, Response
 
-from hdprog.store import jobs
+from hdprog.store import jobs, workers
 from hdprog.web.lookup import job_numbered
 from hdprog.web.names import JobNumber
 from hdprog.web.rendering import render
@@ -22,7 +22,12 @@ def job_page(request: Request, who: Viewer, job_id: JobNumber) -> Response:
     """Show a job; the page loads itself again while it is open."""
     with service_of(request).store.reading() as session:
         job = job_numbered(session, job_id)
-        context = {"job": job, "open": job.state in jobs.OPEN, "ahead": jobs.ahead(session, job)}
+        context = {
+            "job": job,
+            "open": job.state in jobs.OPEN,
+            "ahead": jobs.ahead(session, job),
+            "nobody": job.state in jobs.OPEN and not workers.alive(session),
+        }
     return render(request, "job.html", context, who=who)
 
 

@@ -4,7 +4,9 @@ What a drive does up to its last test is drawn here from the equations of
 `hdprog.trend.state_space`, without its filter; what it does afterwards is the forecast's own
 process, so that ranks test the inference and not the choice of a law of wear. The pace of wear is
 less spread than in the shipped prior, in the draw and in the fit alike: at its far ends a drive is
-worn out, or as new, at every test.
+worn out, or as new, at every test. Drives whose records no engineer would take for a
+gear's, by their stiffness or their area, are drawn anew: a choice by what is measured leaves ranks
+uniform.
 """
 
 from __future__ import annotations
@@ -55,6 +57,8 @@ DRIVE = replace(
     forecast=ForecastSettings(HORIZON),
 )
 OPERATION = Operation(DRIVE.alpha, 63.0, 63.0)
+_STIFFNESS = (2_000.0, 200_000.0)  # Nm/rad, span of torque over span of angle
+_AREA = (0.003, 0.3)  # of a cycle, over the rectangle of its spans
 _GRID = 400
 _FARTHEST, _MOST_WEAR = 6.0, 30.0  # what the fit leaves out of its prior
 _FARTHEST_STATE = 15.0  # prior spreads, as in forecasts
@@ -138,6 +142,9 @@ def _attempt(rng: np.random.Generator) -> Drawn | None:
     met = to_loop(states + scatter * rng.standard_normal(states.shape))
     if not in_support(prior.to_physical(met), DRIVE.alpha).all():
         return None
+    loops = tuple(_loop(prior, one, rng) for one in met)
+    if not all(_like_a_gear(loop) for loop in loops):
+        return None
     ahead = simulate_ahead(steps, rng, (states[-1:], carried[None]), TESTS, wear.rate_ahead)[0]
     farthest = _FARTHEST_STATE * np.sqrt(steps.initial_variance)
     ahead = np.clip(ahead, steps.initial_mean - farthest, steps.initial_mean + farthest)
@@ -146,7 +153,7 @@ def _attempt(rng: np.random.Generator) -> Drawn | None:
     paths = to_loop(ahead)
     crossings, past = zip(*(_crossing(limit, paths, grid) for limit in LIMITS), strict=True)
     return Drawn(
-        tuple(_loop(prior, one, rng) for one in met),
+        loops,
         hours,
         deviates,
         paths[0],
@@ -212,3 +219,18 @@ def _loop(prior: Prior, coordinates: FloatArray, rng: np.random.Generator) -> Lo
     noise = float(np.exp(rng.uniform(*np.log(NOISE))))
     angle = clean[chosen] + noise * rng.standard_normal(READINGS) + rng.uniform(-1e-3, 1e-3)
     return Loop(torque=path.torque[chosen], angle=angle, time=at / 2.0)
+
+
+def _like_a_gear(loop: Loop) -> bool:
+    """Whether a record's spans and area are those of a strain wave gear, by any judgement."""
+    if not np.isfinite(loop.angle).all():
+        return False
+    torque, angle = np.ptp(loop.torque), np.ptp(loop.angle)
+    bottom = int(np.argmin(loop.torque))
+    top = int(np.argmax(loop.torque[:bottom]))
+    falling, rising = slice(top, bottom + 1), slice(bottom, None)
+    at = np.linspace(-0.9, 0.9, 50) * torque / 2
+    down = np.interp(at, loop.torque[falling][::-1], loop.angle[falling][::-1])
+    up = np.interp(at, loop.torque[rising], loop.angle[rising])
+    area = float(np.mean(down - up) / angle)
+    return bool(_STIFFNESS[0] < torque / angle < _STIFFNESS[1] and _AREA[0] < area < _AREA[1])

@@ -66,6 +66,7 @@ def state_of_code() -> str:
     digest = hashlib.sha256()
     root = Path(hdprog.__file__).parent
     files = [file for name in _SOURCES for file in sorted((root / name).rglob("*.py"))]
+    files = [file for file in files if file.name != "fleet.py"]  # these drives have no fleet
     for file in [*files, Path(__file__).parent / "drives.py"]:
         digest.update(file.read_bytes())
     for prior in ("csf-25-80", "trend"):
@@ -74,6 +75,18 @@ def state_of_code() -> str:
 
 
 def measured(index: int) -> dict[str, Any]:
+    """What becomes of one drive; one that fails must not end the run, and is counted."""
+    try:
+        return _measured(index)
+    except Exception as error:
+        return {
+            "index": index,
+            "code": state_of_code(),
+            "failed": f"{type(error).__name__}: {error}",
+        }
+
+
+def _measured(index: int) -> dict[str, Any]:
     """Draw one drive, fit it, forecast, and find where its truth lies."""
     drawn, rng = draw(index), fit_rng(index)
     started = time.process_time()
@@ -158,11 +171,14 @@ def run(count: int, file: Path, workers: int) -> None:
         ProcessPoolExecutor(workers, initializer=hold_blas_to_one_thread) as executor,
         file.open("a", encoding="utf-8") as stream,
     ):
-        futures = {executor.submit(measured, index): index for index in left}
-        for number, future in enumerate(as_completed(futures), 1):
-            stream.write(json.dumps(future.result()) + "\n")
-            stream.flush()
-            print(f"{number}/{len(left)}", flush=True)
+        futures = [executor.submit(measured, index) for index in left]
+        try:
+            for number, future in enumerate(as_completed(futures), 1):
+                stream.write(json.dumps(future.result()) + "\n")
+                stream.flush()
+                print(f"{number}/{len(left)}", flush=True)
+        finally:
+            executor.shutdown(wait=True, cancel_futures=True)
 
 
 def read(file: Path) -> list[dict[str, Any]]:

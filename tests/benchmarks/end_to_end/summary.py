@@ -22,6 +22,8 @@ FAULT = "narrow"
 
 def summary(outcomes: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Everything counted and tested, ready for JSON."""
+    failed = [one for one in outcomes if "failed" in one]
+    outcomes = [one for one in outcomes if "failed" not in one]
     ranked = {name: [one["ranks"][name] for one in outcomes] for name in outcomes[0]["ranks"]}
     narrow = {name: [one[FAULT][name] for one in outcomes] for name in outcomes[0][FAULT]}
     for name in outcomes[0]["crossings"]:
@@ -31,6 +33,7 @@ def summary(outcomes: Sequence[dict[str, Any]]) -> dict[str, Any]:
     faulty = {name: _tested(ranks)["p"] for name, ranks in narrow.items()}
     return {
         "drives": len(outcomes),
+        "failed": [f"{one['index']}: {one['failed']}" for one in failed],
         "states_of_the_code": dict(Counter(one["code"] for one in outcomes)),
         "drives_with_a_fit_that_did_not_converge": sum(
             one["fits_converged"] < max(each["fits_converged"] for each in outcomes)
@@ -74,7 +77,8 @@ def in_words(result: dict[str, Any]) -> str:
     lines = [
         "# Forecasts end to end: ranks of simulated drives",
         "",
-        f"{result['drives']} drives drawn from the priors, five tests each, every loop fitted. "
+        f"{result['drives']} drives drawn from the priors, five tests each, every loop fitted; "
+        f"{len(result['failed'])} more failed. "
         f"{result['drives_with_a_fit_that_did_not_converge']} have a quick fit, "
         f"{result['trends_not_converged']} a trend that did not converge; all are kept in. Made by "
         "`python -m tests.benchmarks.end_to_end.run`; state of the code: "
