@@ -27,7 +27,7 @@ class Kind:
     new: int
 
 
-KINDS = (Kind(3, 64, 1), Kind(6, 20, 1), Kind(40, 2, 4))
+KINDS = (Kind(3, 64, 1), Kind(6, 18, 1), Kind(40, 2, 4))
 
 
 @dataclass(frozen=True)

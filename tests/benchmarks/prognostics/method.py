@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -44,7 +44,7 @@ class Learnt:
     """
 
     forecast: Forecaster
-    not_converged: int = field(default=0)
+    not_converged: int = 0
 
 
 Method = Callable[[FloatArray, np.random.Generator], Learnt]

@@ -75,9 +75,7 @@ def measured(one: Fleet, each: dict[str, Method]) -> dict[str, Any]:
     units: list[dict[str, Any]] = []
     deviates = np.random.default_rng([*place, 1]).uniform(size=len(one.new))
     for at, unit in enumerate(one.new):
-        known = oracle(
-            one.population, unit.readings, GRID, np.random.default_rng([*place, 2, at])
-        )
+        known = oracle(one.population, unit.readings, GRID, np.random.default_rng([*place, 2, at]))
         found = score(known.probability, unit.crossing, deviates[at])
         units.append(
             {

@@ -3,8 +3,8 @@
 `fit_trend` follows eight coordinates of a drive. Readings of one figure inform one of them (see
 `tests.benchmarks.degradation.series`); given the hyperparameters the other seven neither say nor
 learn anything, so leaving them out changes nothing but the time that a fit takes. Clock, state
-space, filter, sampler, pooling and first crossing are hdprog's own; that the evidence is the same
-as that of the whole trend is tested in tests/trend/test_scalar_trend.py.
+space, filter, sampler, pooling and first crossing are hdprog's own; that evidence and crossing are
+those of the whole trend is tested in tests/trend/test_scalar_trend.py.
 """
 
 from __future__ import annotations

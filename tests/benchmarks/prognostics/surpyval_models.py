@@ -13,7 +13,8 @@ import warnings
 from contextlib import suppress
 
 import numpy as np
-from surpyval.degradation import DegradationAnalysis, WienerProcess
+from surpyval import Exponential
+from surpyval.degradation import DegradationAnalysis, DegradationModel, WienerProcess
 
 from tests.benchmarks.prognostics.fleets import NOW, SEEN, TEST_HOURS
 from tests.benchmarks.prognostics.laws import FloatArray
@@ -26,29 +27,21 @@ def learn(others: FloatArray, rng: np.random.Generator) -> Learnt:
     """Fit the population's paths."""
     units, tests = others.shape
     hours, unit = np.tile(TEST_HOURS, (units, 1)), np.arange(units)[:, None] + np.zeros(tests)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of covariances at their bounds: scored as they are
-        linear = DegradationAnalysis.fit(
-            hours.ravel(), others.ravel(), unit.ravel(), threshold=1.0, path="linear"
-        )
-        best = DegradationAnalysis.fit(
-            hours[:, 1:].ravel(),
-            others[:, 1:].ravel(),
-            unit[:, 1:].ravel(),
-            threshold=1.0,
-            path="best",
-        )
+    # The other units, and from which reading on each kind of path is given them.
+    paths = {LINEAR: _paths(hours, others, unit, "linear", 0)}
+    paths[BEST] = _paths(hours, others, unit, "best", 1)
 
     def forecast(values: FloatArray, rng: np.random.Generator) -> Told:
         seed, seen = int(rng.integers(2**31)), TEST_HOURS[:SEEN]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             told = {}
-            for name, paths, first in ((LINEAR, linear, 0), (BEST, best, 1)):
+            for name, (model, first) in paths.items():
                 # Some paths cannot be updated with some readings: no forecast, and counted so.
                 with suppress(ValueError):
-                    found = paths.predict_rul(seen[first:], values[first:], random_state=seed)
-                    told[name] = of_crossings(found.samples)
+                    if model is not None:
+                        found = model.predict_rul(seen[first:], values[first:], random_state=seed)
+                        told[name] = of_crossings(found.samples)
             process = WienerProcess.fit(
                 np.concatenate([hours.ravel(), seen]),
                 np.concatenate([others.ravel(), values]),
@@ -63,3 +56,19 @@ def learn(others: FloatArray, rng: np.random.Generator) -> Learnt:
         return Told(told)
 
     return Learnt(forecast)
+
+
+def _paths(
+    hours: FloatArray, values: FloatArray, unit: FloatArray, path: str, first: int
+) -> tuple[DegradationModel | None, int]:
+    """Paths of a kind from a reading on; None where they cannot be fitted.
+
+    Its life distribution plays no part in `predict_rul`; one of a single parameter can be fitted
+    where few units fail.
+    """
+    with warnings.catch_warnings(), suppress(ValueError):
+        warnings.simplefilter("ignore")  # of covariances at their bounds: scored as they are
+        parts = [array[:, first:].ravel() for array in (hours, values, unit)]
+        model = DegradationAnalysis.fit(*parts, threshold=1.0, path=path, distribution=Exponential)
+        return model, first
+    return None, first
