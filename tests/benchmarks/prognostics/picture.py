@@ -28,7 +28,7 @@ def write_picture(results: Sequence[Result], path: Path) -> None:
     with house_style():
         figure = Figure(figsize=(16.0, 9.6), dpi=100)
         upper = figure.add_gridspec(
-            1, 2, left=0.125, right=0.985, top=0.845, bottom=0.47, wspace=0.04
+            1, 2, left=0.125, right=0.985, top=0.9, bottom=0.47, wspace=0.04
         )
         _coverage(figure.add_subplot(upper[0]), results)
         _sharpness(figure.add_subplot(upper[1]), results)

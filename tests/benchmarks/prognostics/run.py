@@ -112,7 +112,7 @@ def measured(one: Fleet, each: dict[str, Method]) -> dict[str, Any]:
 def to_do() -> Iterator[tuple[Law, Kind, int]]:
     """All fleets, laws and sizes in turn, so that a part of a run has its share of each."""
     all_of_them = [
-        ((number + 0.5) / kind.fleets, kind.size, LAWS.index(law), law, kind, number)
+        ((number + 1) / kind.fleets, kind.size, LAWS.index(law), law, kind, number)
         for kind in KINDS
         for law in LAWS
         for number in range(kind.fleets)

@@ -104,6 +104,7 @@ def _aims(results: Sequence[Result]) -> str:
         rows.append(
             [
                 str(kind.size),
+                str(found.units),
                 f"{found.held_90:.1%} ({least:.1%} to {most:.1%}): {_met(found.covers)}",
                 sharp if kind.size == 3 else f"{found.ratio:.2f}",
                 _met(found.histogram.inside),
@@ -113,8 +114,8 @@ def _aims(results: Sequence[Result]) -> str:
         f"## hdprog against the aims\n\nThe 90 % interval holds {low:.0%} to {high:.0%} (in "
         "brackets the 95 % range of the share); mean CRPS within "
         f"{CRPS_AIM:.2f} of the oracle's, asked for at 3 units; all {BINS} bins of the transforms' "
-        "histogram inside its 95 % band.\n\n"
-        + _table(["units", "90 % holds", "CRPS over the oracle's", "transforms"], rows)
+        "histogram inside its 95 % band, which is wide where forecasts are few.\n\n"
+        + _table(["units", "forecasts", "90 % holds", "CRPS over the oracle's", "transforms"], rows)
     )
 
 
