@@ -89,19 +89,22 @@ def moments(others: FloatArray) -> Moments:
     )
 
 
+def _model(known: Moments) -> GrowingFigure:
+    root = np.sqrt(_STEP_HOURS)  # ProgPy multiplies its noise by the step
+    return GrowingFigure(
+        process_noise={"x": known.wander / root, "r": known.change / root},
+        measurement_noise={"reading": known.noise},
+        dt=_STEP_HOURS,
+    )
+
+
 def learn(others: FloatArray, rng: np.random.Generator) -> Learnt:
     """Take the moments."""
     known = moments(others)
 
     def forecast(values: FloatArray, rng: np.random.Generator) -> Told:
-        # ProgPy draws from NumPy's global state, and multiplies its noise by the step.
-        np.random.seed(int(rng.integers(2**31)))  # noqa: NPY002
-        root = np.sqrt(_STEP_HOURS)
-        model = GrowingFigure(
-            process_noise={"x": known.wander / root, "r": known.change / root},
-            measurement_noise={"reading": known.noise},
-            dt=_STEP_HOURS,
-        )
+        np.random.seed(int(rng.integers(2**31)))  # noqa: NPY002  # ProgPy draws from there
+        model = _model(known)
         start = MultivariateNormalDist(
             ["x", "r"], [0.0, known.pace], np.diag([_LEAST**2, known.pace_spread**2])
         )
@@ -110,11 +113,13 @@ def learn(others: FloatArray, rng: np.random.Generator) -> Learnt:
             start,
             Q=np.diag([known.wander**2, known.change**2]) * _STEP_HOURS,
             R=np.array([[known.noise**2]]),
+            dt=_STEP_HOURS,  # Q counts once a step
         )
         nothing = model.InputContainer({})
         for hour, value in zip(TEST_HOURS[:SEEN], values, strict=True):
             seen.estimate(float(hour), nothing, model.OutputContainer({"reading": value}))
-        found = MonteCarlo(model).predict(
+        # The filter leaves its model without process noise: the prediction gets one of its own.
+        found = MonteCarlo(_model(known)).predict(
             seen.x,
             lambda t, x=None: nothing,
             t0=NOW,
