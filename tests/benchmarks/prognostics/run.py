@@ -1,0 +1,159 @@
+"""Forecasts of remaining life on simulated fleets: hdprog, other packages and an oracle.
+
+    python -m tests.benchmarks.prognostics.run
+    python -m tests.benchmarks.prognostics.run --summary
+
+Needs the packages of tests/benchmarks/prognostics/requirements.txt. Each fleet is a line of
+results/fleets.jsonl, so that a run that was broken off goes on where it ended; fleets from another
+state of the code are made anew. Then results/summary.md and reports/guide/prognostics.png are made
+anew.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import time
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import hdprog
+from hdprog.atomic import atomic_write_text
+from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.shipped import shipped
+from tests.benchmarks.prognostics.fleets import KINDS, SEED, Fleet, Kind, fleet
+from tests.benchmarks.prognostics.laws import LAWS, Law
+from tests.benchmarks.prognostics.method import GRID, Method
+from tests.benchmarks.prognostics.oracle import oracle
+from tests.benchmarks.prognostics.picture import write_picture
+from tests.benchmarks.prognostics.scoring import score
+from tests.benchmarks.prognostics.summary import ORACLE, in_words
+
+RESULTS = Path(__file__).parent / "results"
+FLEETS = RESULTS / "fleets.jsonl"
+PICTURE = Path(__file__).parents[3] / "reports" / "guide" / "prognostics.png"
+_SOURCES = ("forecast", "inference", "trend")
+
+
+@lru_cache(maxsize=1)
+def state_of_code() -> str:
+    """Digest of the sources that a fleet's scores hang on."""
+    root, here = Path(hdprog.__file__).parent, Path(__file__).parent
+    files = [file for name in _SOURCES for file in sorted((root / name).rglob("*.py"))]
+    files += [here.parent / "degradation" / "series.py", here / "requirements.txt"]
+    kept = ("summary", "picture", "run")
+    files += [file for file in sorted(here.glob("*.py")) if file.stem not in kept]
+    files.append(shipped("priors") / "trend.toml")
+    digest = hashlib.sha256()
+    for file in files:
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:10]
+
+
+def methods() -> dict[str, Method]:
+    """All methods but the oracle; the other packages are needed only here."""
+    from tests.benchmarks.prognostics import (
+        hdprog_trend,
+        progpy_filter,
+        statsmodels_trend,
+        straight_line,
+        surpyval_models,
+    )
+
+    each = (hdprog_trend, surpyval_models, progpy_filter, statsmodels_trend, straight_line)
+    return {module.__name__.rsplit(".", 1)[1]: module.learn for module in each}
+
+
+def measured(one: Fleet, each: dict[str, Method]) -> dict[str, Any]:
+    """Forecast a fleet's new units by all methods and score them."""
+    place = [SEED, [law.name for law in LAWS].index(one.law), one.size, one.number]
+    units: list[dict[str, Any]] = []
+    deviates = np.random.default_rng([*place, 1]).uniform(size=len(one.new))
+    for at, unit in enumerate(one.new):
+        known = oracle(one.population, unit.readings, GRID, np.random.default_rng([*place, 2, at]))
+        found = score(known.probability, unit.crossing, deviates[at])
+        units.append(
+            {
+                "remaining": round(found.remaining, 2),
+                "worth": round(known.worth),
+                "told": {ORACLE: [round(found.transform, 4), round(found.crps, 3)]},
+            }
+        )
+    marked, seconds = {}, {}
+    for number, (name, learn) in enumerate(each.items()):
+        started = time.process_time()
+        learnt = learn(one.others, np.random.default_rng([*place, 3, number]))
+        marks = learnt.not_converged
+        for at, unit in enumerate(one.new):
+            rng = np.random.default_rng([*place, 4, number, at])
+            told = learnt.forecast(unit.readings, rng)
+            marks += not told.converged
+            for variant, probability in told.by_name.items():
+                found = score(probability, unit.crossing, deviates[at])
+                units[at]["told"][variant] = [round(found.transform, 4), round(found.crps, 3)]
+        marked[name] = marks
+        seconds[name] = round(time.process_time() - started, 2)
+    return {
+        "law": one.law,
+        "size": one.size,
+        "number": one.number,
+        "code": state_of_code(),
+        "units": units,
+        "not_converged": marked,
+        "seconds": seconds,
+    }
+
+
+def to_do() -> Iterator[tuple[Law, Kind, int]]:
+    """All fleets, laws and sizes in turn, so that a part of a run has its share of each."""
+    all_of_them = [
+        ((number + 1) / kind.fleets, kind.size, LAWS.index(law), law, kind, number)
+        for kind in KINDS
+        for law in LAWS
+        for number in range(kind.fleets)
+    ]
+    for *_, law, kind, number in sorted(all_of_them, key=lambda row: row[:3]):
+        yield law, kind, number
+
+
+def read() -> list[dict[str, Any]]:
+    """The results so far."""
+    if not FLEETS.exists():
+        return []
+    return [json.loads(line) for line in FLEETS.read_text("utf-8").splitlines()]
+
+
+def main() -> None:
+    """Run what is missing and write the summary."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--summary", action="store_true", help="only make the summary anew")
+    asked = parser.parse_args()
+    hold_blas_to_one_thread()
+    if not asked.summary:
+        kept = [one for one in read() if one["code"] == state_of_code()]
+        atomic_write_text(FLEETS, "".join(json.dumps(one) + "\n" for one in kept))
+        done = {(one["law"], one["size"], one["number"]) for one in kept}
+        each = methods()
+        for law, kind, number in to_do():
+            if (law.name, kind.size, number) in done:
+                continue
+            found = measured(fleet(law, kind.size, number, kind.new), each)
+            with FLEETS.open("a", encoding="utf-8") as lines:
+                lines.write(json.dumps(found) + "\n")
+            print(f"{law.name}, {kind.size} units, fleet {number}: {found['seconds']}", flush=True)
+    results = read()
+    if not results:
+        raise SystemExit(f"no results in {FLEETS}")
+    words = in_words(results, state_of_code())
+    atomic_write_text(RESULTS / "summary.md", words)
+    write_picture(results, PICTURE)
+    print(words)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,181 @@
+"""hdprog's trend of a single figure, and the forecast of its first crossing.
+
+`fit_trend` follows eight coordinates of a drive. Readings of one figure inform one of them (see
+`tests.benchmarks.degradation.series`); given the hyperparameters the other seven neither say nor
+learn anything, so leaving them out changes nothing but the time that a fit takes. Clock, state
+space, filter, sampler, pooling and first crossing are hdprog's own; that evidence and crossing are
+those of the whole trend is tested in tests/trend/test_scalar_trend.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hdprog.forecast.crossing import Crossing, first_crossing
+from hdprog.forecast.limits import Margins
+from hdprog.physics.parameters import NAMES, FloatArray
+from hdprog.trend.ahead import simulate_ahead
+from hdprog.trend.fleet import FleetPrior, Said
+from hdprog.trend.hyperparameters import (
+    Effort,
+    HyperparameterDraws,
+    LogDensity,
+    mode_of,
+    sample,
+    starting_walkers,
+)
+from hdprog.trend.observation import Observations
+from hdprog.trend.smoother import draw, log_evidence
+from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
+from hdprog.trend.wear_clock import ServiceClock
+from hdprog.trend.wear_coordinates import Information, StatePrior
+from hdprog.trend.wear_prior import RateAhead, WearPrior
+from tests.benchmarks.degradation.series import AT, Reading
+
+# The bounds that `fit_trend` keeps the hyperparameters in, and where it puts those outside.
+_FARTHEST_DEVIATE = 6.0
+_MOST_WEAR = 30.0
+_UNWORN = np.array([-4.0] + [0.0] * (len(HYPERPARAMETERS) - 1))
+_STARTS, _BURN_IN = 64, 60
+_EFFORT = Effort(80, 320, 200.0)  # a quick fit's bounds of convergence, reached in fewer steps
+_SAID_DRAWS = 2000
+
+
+def of_one_figure(steps: Steps) -> Steps:
+    """The steps of the coordinate that readings inform, the others left out."""
+    return replace(
+        steps,
+        initial_mean=steps.initial_mean[[AT]],
+        initial_variance=steps.initial_variance[[AT]],
+        loading_mean=steps.loading_mean[:, [AT]],
+        loading_variance=steps.loading_variance[[AT]],
+        direction=steps.direction[[AT]],
+        own=steps.own[..., [AT]],
+    )
+
+
+def information(readings: Sequence[Reading]) -> tuple[Information, ...]:
+    """What each reading says of its one coordinate."""
+    found = []
+    for reading in readings:
+        whole = reading.linearise(np.zeros(len(NAMES)))
+        found.append(
+            Information(
+                whole.precision[np.ix_([AT], [AT])],
+                whole.information[[AT]],
+                whole.log_likelihood,
+            )
+        )
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class ScalarTrend:
+    """The trend of one figure; see `hdprog.trend.trend.Trend`.
+
+    Attributes
+    ----------
+    readings : in order of service hours
+    wear_prior : as fitted with
+    draws : of the hyperparameters
+    """
+
+    readings: tuple[Reading, ...]
+    wear_prior: WearPrior
+    draws: HyperparameterDraws
+
+    def crossing(
+        self,
+        hours: FloatArray,
+        rng: np.random.Generator,
+        draws: int,
+        ahead: RateAhead | None = None,
+    ) -> Crossing:
+        """First crossing of one, the whole way to failure.
+
+        Parameters
+        ----------
+        hours : (times,) service hours, that of the last reading first
+        rng : source of randomness
+        draws : number of paths
+        ahead : how the pace changes past the last reading; that of the wear prior if left out
+        """
+        values = Hyperparameters.of(self.draws.thinned(draws, rng), self.wear_prior)
+        steps, which = _steps(self.readings, self.wear_prior, values, hours)
+        behind = len(self.readings)
+        states, carried = draw(
+            steps.upto(behind), _observations(self.readings, self.wear_prior), values.scatter, rng
+        )
+        rate_ahead = self.wear_prior.rate_ahead if ahead is None else ahead
+        found = simulate_ahead(steps, rng, (states[:, -1], carried), behind, rate_ahead)
+        margin = 1.0 - found[..., 0]
+        wander = steps.shared * steps.direction[0] ** 2 + steps.own[..., 0]
+        return first_crossing(hours, [Margins(margin, wander[:, which < 0])])
+
+    def said(self, rng: np.random.Generator) -> Said:
+        """What the readings say, any prior left out; see `what_tests_say`."""
+        chosen = self.draws.thinned(_SAID_DRAWS, rng)
+        values = Hyperparameters.of(chosen, self.wear_prior)
+        steps, _ = _steps(self.readings, self.wear_prior, values)
+        seen = _observations(self.readings, self.wear_prior)
+        _, carried = draw(steps, seen, values.scatter, rng)
+        loadings = rng.standard_normal((_SAID_DRAWS, len(NAMES)))  # of the others: the prior's
+        mean, sd = self.wear_prior.loading_mean[AT], self.wear_prior.loading_sd[AT]
+        loadings[:, AT] = (carried[:, 0] - mean) / sd
+        deviates = np.hstack([chosen, loadings])
+        size = deviates.shape[1]
+        worth = min(self.draws.ess_bulk, self.draws.ess_tail, _SAID_DRAWS)
+        return Said.of(deviates, np.zeros(size), np.eye(size), worth)
+
+
+def _steps(
+    readings: Sequence[Reading],
+    wear_prior: WearPrior,
+    values: Hyperparameters,
+    hours: FloatArray | None = None,
+) -> tuple[Steps, np.ndarray]:
+    timeline, which = Timeline.of(readings, ServiceClock.of(readings), wear_prior, hours)
+    whole = Steps.of(timeline, values, StatePrior.of(readings[0].prior, wear_prior), wear_prior)
+    return of_one_figure(whole), which
+
+
+def _observations(readings: Sequence[Reading], wear_prior: WearPrior) -> Observations:
+    return Observations.of(information(readings), wear_prior.scales[[AT]])
+
+
+def density(readings: Sequence[Reading], wear_prior: WearPrior) -> LogDensity:
+    """Log posterior density of the hyperparameters' deviates, states integrated out."""
+    seen = _observations(readings, wear_prior)
+
+    def log_density(deviates: FloatArray) -> FloatArray:
+        inside = np.abs(deviates).max(axis=1) < _FARTHEST_DEVIATE
+        safe = np.where(inside[:, None], deviates, _UNWORN)
+        values = Hyperparameters.of(safe, wear_prior)
+        steps, _ = _steps(readings, wear_prior, values)
+        inside &= steps.passed.sum(axis=1) < _MOST_WEAR
+        with np.errstate(all="ignore"):
+            evidence = log_evidence(steps, values.scatter, seen)
+        inside &= np.isfinite(evidence)
+        return np.where(inside, evidence - 0.5 * np.sum(deviates**2, axis=1), -np.inf)
+
+    return log_density
+
+
+def fit_scalar_trend(
+    readings: Sequence[Reading], wear_prior: WearPrior, rng: np.random.Generator
+) -> ScalarTrend:
+    """Fit the trend to the readings of one unit."""
+    log_density = density(readings, wear_prior)
+    starts = np.concatenate([_UNWORN[None], rng.standard_normal((_STARTS - 1, _UNWORN.size))])
+    best = mode_of(log_density, starts)
+    walkers = starting_walkers(log_density, best, rng)
+    draws = sample(log_density, walkers, _BURN_IN, _EFFORT.steps, rng, _EFFORT)
+    return ScalarTrend(tuple(readings), wear_prior, draws)
+
+
+def fleet_prior(wear_prior: WearPrior, said: Sequence[Said]) -> WearPrior:
+    """The wear prior for a unit whose fleet has said so."""
+    return wear_prior.learnt_from(FleetPrior.of([str(at) for at in range(len(said))], said))
