@@ -26,6 +26,8 @@ from hdprog.physics.parameters import NAMES, FloatArray
 
 _SHARES = np.linspace(0.02, 0.98, 49)
 _WARM_UP, _SWEEPS = 200, 1500
+_CHANCE = 1e-3  # of a shift of the mean that is none
+_REACH = 2.0  # spreads of the prior within which draws of it can tell where a likelihood lies
 _SEED = 0  # pooling is a calculation: the same drives always give the same prior
 
 
@@ -46,7 +48,11 @@ class Said:
         """Divide a Gaussian prior out of draws from the posterior.
 
         A direction counts where the draws are narrower than draws of the prior itself could be by
-        chance (the lower edge of Marchenko & Pastur's law, 1967).
+        chance (the lower edge of Marchenko & Pastur's law, 1967). What is left of the mean's shift
+        counts as one more where it is longer than chance makes it, for many drives may agree on
+        what none of them knows well. Draws that hardly narrow say nothing of places beyond them:
+        such a likelihood's centre is put within reach of the draws, and its precision so that the
+        drive's own mean comes out.
 
         Parameters
         ----------
@@ -54,6 +60,8 @@ class Said:
         mean, covariance : (k,), (k, k) of the prior that they were drawn under
         worth : independent draws that they are worth
         """
+        from scipy.special import chdtri
+
         size = mean.size
         nothing = Said(np.zeros((size, size)), np.zeros(size))
         if worth <= size:
@@ -62,9 +70,18 @@ class Said:
         standard = (draws - mean) @ unit.T
         variance, axes = np.linalg.eigh(np.cov(standard.T))
         seen = variance < (1.0 - np.sqrt(size / worth)) ** 2
+        shift = standard.mean(axis=0)
+        left = axes[:, ~seen] @ (axes[:, ~seen].T @ shift)
         variance, axes = np.maximum(variance[seen], 1e-12), axes[:, seen]
         precision = (axes * (1.0 / variance - 1.0)) @ axes.T
-        pull = axes @ (axes.T @ standard.mean(axis=0) / variance)
+        pull = axes @ (axes.T @ shift / variance)
+        length, unseen = float(np.linalg.norm(left)), size - axes.shape[1]
+        if unseen and length**2 * worth > chdtri(unseen, _CHANCE):
+            along, short = left / length, min(length, 0.9 * _REACH)
+            spread = float(np.var(standard @ along))
+            known = max(1.0 / spread - 1.0, short / (_REACH - short))
+            precision = precision + known * np.outer(along, along)
+            pull = pull + (1.0 + known) * short * along
         precision = unit.T @ precision @ unit
         return Said(precision, unit.T @ pull + precision @ mean)
 

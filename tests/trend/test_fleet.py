@@ -118,3 +118,44 @@ def test_the_wear_prior_takes_the_fleets_place() -> None:
     crossed = np.cov(np.hstack([deviates, loadings]).T)
     np.testing.assert_allclose(crossed[:count], fleet.covariance[:count], atol=0.05)
     np.testing.assert_allclose(np.diag(crossed), np.diag(fleet.covariance), atol=0.05)
+
+
+def weak_fleet(rng: np.random.Generator, drives: int) -> tuple[np.ndarray, FleetPrior]:
+    """The next drive's deviates, and what drives made of them that know theirs hardly at all."""
+    share = rng.uniform(size=SIZE)
+    mean = np.sqrt(share) * rng.standard_normal(SIZE)
+    own = mean + np.sqrt(1 - share) * rng.standard_normal((drives + 1, SIZE))
+    precision = np.exp(rng.uniform(np.log(0.03), np.log(0.3), size=(drives, SIZE)))
+    told = own[:-1] + rng.standard_normal((drives, SIZE)) / np.sqrt(precision)
+    said = []
+    for y, p in zip(told, precision, strict=True):
+        draws = p * y / (1 + p) + rng.standard_normal((600, SIZE)) / np.sqrt(1 + p)
+        said.append(Said.of(draws, np.zeros(SIZE), np.eye(SIZE), 600.0))
+    return own[-1], FleetPrior.of([str(n) for n in range(drives)], said)
+
+
+def test_what_many_drives_hardly_know_adds_up() -> None:
+    """Posteriors 1.5 to 14 % narrower than the prior, 40 drives: false alarm 1 in 1 000."""
+    rng = np.random.default_rng(7)
+    fleets = [weak_fleet(rng, 40) for _ in range(8)]
+    truth = np.concatenate([one for one, _ in fleets])
+    error = truth - np.concatenate([fleet.mean for _, fleet in fleets])
+    scores = error / np.concatenate([np.sqrt(np.diag(fleet.covariance)) for _, fleet in fleets])
+    spread = 3.3 * (scores**2).std() / np.sqrt(scores.size)
+    assert abs((scores**2).mean() - 1) < spread
+    # Exact division comes to about 0.7 of the prior's squares; nothing learnt would be 1.
+    assert np.mean(error**2) < 0.85 * np.mean(truth**2)
+
+
+def test_a_shift_that_all_drives_agree_on_is_learnt_within_reach() -> None:
+    """Each says of one deviate −0.35 ± 0.95: together they move it, but not past their draws."""
+    rng = np.random.default_rng(0)
+    said = []
+    for _ in range(40):
+        draws = rng.standard_normal((600, SIZE))
+        draws[:, 5] = -0.35 + 0.95 * draws[:, 5]
+        said.append(Said.of(draws, np.zeros(SIZE), np.eye(SIZE), 600.0))
+    fleet = FleetPrior.of([str(n) for n in range(40)], said)
+    assert -2.5 < fleet.mean[5] < -1.0
+    others = np.delete(fleet.mean, 5)
+    assert np.abs(others).max() < 1.0

@@ -8,7 +8,8 @@ import pytest
 from starlette.testclient import TestClient
 
 from hdprog.data.check import check_path
-from tests.web.conftest import ClientOf
+from hdprog.store import workers
+from tests.web.conftest import ClientOf, service_in
 
 DRIVE = {
     "drive": {"id": "api-1", "model": "CSF-25-80", "rated_torque_Nm": 63.0},
@@ -36,6 +37,7 @@ def test_health_needs_no_token(app_client: TestClient) -> None:
     answer = app_client.get("/healthz")
     assert answer.status_code == 200
     assert answer.json()["status"] == "ok"
+    assert answer.json()["workers"] == 0
 
 
 def test_a_drive_is_made_once(api: TestClient) -> None:
@@ -162,3 +164,20 @@ def test_what_there_is_not(api: TestClient, loop_file: Path) -> None:
         )
     assert answer.status_code == 404
     assert "no drive 'nosuch'" in answer.json()["detail"]
+
+
+def test_pages_say_that_no_worker_is_running(
+    api: TestClient, app_client: TestClient, person: ClientOf, loop_file: Path
+) -> None:
+    made = upload(api, loop_file).json()  # type: ignore[attr-defined]
+    page = f"/jobs/{made['job_id']}"
+    viewer = person("viewer")
+    assert "No worker is running" in viewer.get(page).text
+    assert "No worker is running" in viewer.get("/").text
+    with service_in(app_client).store.writing() as session:
+        workers.mark(session, "rig-1")
+    assert app_client.get("/healthz").json()["workers"] == 1
+    assert "No worker is running" not in viewer.get(page).text
+    assert "No worker is running" not in viewer.get("/").text
+    with service_in(app_client).store.writing() as session:
+        workers.forget(session, "rig-1")
