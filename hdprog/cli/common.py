@@ -47,7 +47,7 @@ def output_folder(out: Path | None, name: str, *, pdf: bool = False) -> Path:
     out : Path or None
         The folder asked for; None for `./hdprog-NAME`.
     name : str
-        The drive's or loop's name.
+        Of the drive or loop, or of the command and it.
     pdf : bool
         Whether a PDF is wanted.
 

@@ -45,7 +45,11 @@ Quiet = Annotated[
 ]
 Out = Annotated[
     Path | None,
-    typer.Option("--out", help="Folder to write to (default: ./hdprog-NAME)."),
+    typer.Option(
+        "--out",
+        help="Folder to write to (default: ./hdprog-NAME; backtest, compare and fleet: "
+        "./hdprog-COMMAND-NAME).",
+    ),
 ]
 Pdf = Annotated[
     bool,
