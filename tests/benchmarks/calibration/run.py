@@ -16,7 +16,6 @@ reports/guide/calibration.png are made anew.
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import time
 from collections.abc import Iterator, Sequence
@@ -27,13 +26,11 @@ from pathlib import Path
 
 import numpy as np
 
-import hdprog
 from hdprog.atomic import atomic_write_text
 from hdprog.inference.fit_loop import QUICK, sample_posterior
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import prepare, settle_noise
 from hdprog.parallel import hold_blas_to_one_thread
-from hdprog.shipped import shipped
 from tests.benchmarks.calibration import Outcome, read_outcomes
 from tests.benchmarks.calibration.faults import (
     INTERVALS,
@@ -47,6 +44,8 @@ from tests.benchmarks.calibration.loops import DRIVE, KINDS, PRIOR, draw, fit_rn
 from tests.benchmarks.calibration.picture import write_picture
 from tests.benchmarks.calibration.ranks import located, rank_of
 from tests.benchmarks.calibration.summary import in_words, summary
+from tests.benchmarks.code_state import digest, prior_file, sources
+from tests.benchmarks.rounded import rounded
 
 RESULTS = Path(__file__).parent / "results"
 PICTURE = Path(__file__).parents[3] / "reports" / "guide" / "calibration.png"
@@ -59,15 +58,8 @@ _HERE = ("loops.py", "ranks.py", "faults.py")
 @lru_cache(maxsize=1)
 def state_of_code() -> str:
     """Digest of the sources that the outcome hangs on."""
-    digest = hashlib.sha256()
-    root = Path(hdprog.__file__).parent
-    for folder in (root / name for name in _SOURCES):
-        for file in sorted(folder.rglob("*.py")):
-            digest.update(file.read_bytes())
-    for name in _HERE:
-        digest.update((Path(__file__).parent / name).read_bytes())
-    digest.update((shipped("priors") / f"{PRIOR}.toml").read_bytes())
-    return digest.hexdigest()[:10]
+    here = [Path(__file__).parent / name for name in _HERE]
+    return digest([*sources(*_SOURCES), *here, prior_file(PRIOR)])
 
 
 def measured(index: int, code: str, *, refit: bool) -> Outcome:
@@ -165,18 +157,9 @@ def run(count: int, file: Path, workers: int) -> None:
         if old or unreadable:  # the last line may have been broken off
             stream.write("" if file.read_bytes().endswith(b"\n") else "\n")
         for number, one in enumerate(outcomes(left, workers), 1):
-            stream.write(json.dumps(_rounded(asdict(one))) + "\n")
+            stream.write(json.dumps(rounded(asdict(one))) + "\n")
             stream.flush()
             print(f"{number}/{len(left)} {one.words}", flush=True)
-
-
-def _rounded(value: object) -> object:
-    """Figures to five digits: the file is checked in."""
-    if isinstance(value, dict):
-        return {key: _rounded(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_rounded(item) for item in value]
-    return float(f"{value:.5g}") if isinstance(value, float) else value
 
 
 def main() -> None:

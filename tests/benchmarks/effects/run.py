@@ -17,7 +17,6 @@ Asked are numbers of loops: `--clean`, `--correlated` (clean, the noise with mem
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import time
 from collections.abc import Iterator
@@ -28,7 +27,6 @@ from pathlib import Path
 
 import numpy as np
 
-import hdprog
 from hdprog.atomic import atomic_write_text
 from hdprog.config import Drive
 from hdprog.discovery.explain import choosing_step
@@ -38,6 +36,7 @@ from hdprog.discovery.separating import indistinguishable
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.parallel import hold_blas_to_one_thread
+from tests.benchmarks.code_state import digest, sources
 from tests.benchmarks.effects import Outcome, read_outcomes
 from tests.benchmarks.effects.loops import LISTED, UNLISTED, Case, NotDrawable, cases, draw
 from tests.benchmarks.effects.picture import write_picture
@@ -52,13 +51,9 @@ _SOURCES = ("data", "discovery", "inference", "physics")
 @lru_cache(maxsize=1)
 def state_of_code() -> str:
     """Digest of the sources that the outcome hangs on."""
-    digest = hashlib.sha256()
-    root = Path(hdprog.__file__).parent
-    for folder in (*(root / name for name in _SOURCES), Path(__file__).parents[2] / "independent"):
-        for file in sorted(folder.rglob("*.py")):
-            digest.update(file.read_bytes())
-    digest.update((Path(__file__).parent / "loops.py").read_bytes())
-    return digest.hexdigest()[:10]
+    here = Path(__file__)
+    independent = sorted((here.parents[2] / "independent").rglob("*.py"))
+    return digest([*sources(*_SOURCES), *independent, here.parent / "loops.py"])
 
 
 def measured(case: Case, index: int, code: str) -> Outcome:

@@ -15,7 +15,6 @@ results/summary.md are made anew.
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -25,7 +24,6 @@ from typing import Any
 
 import numpy as np
 
-import hdprog
 from hdprog.atomic import atomic_write_text
 from hdprog.forecast.crossing import forecast
 from hdprog.forecast.limits import request_of
@@ -33,12 +31,12 @@ from hdprog.forecast.scores import probability_integral_transform
 from hdprog.inference.fit_loop import QUICK, fit_loop
 from hdprog.parallel import hold_blas_to_one_thread
 from hdprog.physics.parameters import NAMES, FloatArray
-from hdprog.shipped import shipped
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.state_space import HYPERPARAMETERS, LOAD_SHARE
 from hdprog.trend.trend import Trend
+from tests.benchmarks.code_state import digest, prior_file, sources
 from tests.benchmarks.end_to_end.drives import (
     DRIVE,
     LATER,
@@ -63,15 +61,9 @@ _JUST_AFTER = 1e-6  # hours past the last test
 @lru_cache(maxsize=1)
 def state_of_code() -> str:
     """Digest of the sources that the outcome hangs on."""
-    digest = hashlib.sha256()
-    root = Path(hdprog.__file__).parent
-    files = [file for name in _SOURCES for file in sorted((root / name).rglob("*.py"))]
-    files = [file for file in files if file.name != "fleet.py"]  # these drives have no fleet
-    for file in [*files, Path(__file__).parent / "drives.py"]:
-        digest.update(file.read_bytes())
-    for prior in ("csf-25-80", "trend"):
-        digest.update((shipped("priors") / f"{prior}.toml").read_bytes())
-    return digest.hexdigest()[:10]
+    files = sources(*_SOURCES, without=["fleet.py"])  # these drives have no fleet
+    here = Path(__file__).parent / "drives.py"
+    return digest([*files, here, prior_file("csf-25-80"), prior_file("trend")])
 
 
 def measured(index: int) -> dict[str, Any]:

@@ -13,7 +13,6 @@ reports/guide/modes.png are made anew.
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import platform
 import time
@@ -26,7 +25,6 @@ from typing import Any
 
 import numpy as np
 
-import hdprog
 from hdprog.atomic import atomic_write_text
 from hdprog.inference.fit_loop import FULL, SamplingPlan, sample_posterior
 from hdprog.inference.likelihood import LoopLikelihood
@@ -35,8 +33,8 @@ from hdprog.inference.prepare import Prepared, prepare, settle_noise
 from hdprog.inference.starting_points import StartingPoint, starting_points
 from hdprog.parallel import hold_blas_to_one_thread
 from hdprog.physics.parameters import FloatArray
-from hdprog.shipped import shipped
 from tests.benchmarks.calibration.loops import DRIVE, PRIOR
+from tests.benchmarks.code_state import digest, prior_file, sources
 from tests.benchmarks.modes.annealed import Reference, anneal
 from tests.benchmarks.modes.cases import CASES, Case
 from tests.benchmarks.modes.compare import Compared, coordinates, deviations, missed
@@ -45,6 +43,7 @@ from tests.benchmarks.modes.fused import compiled
 from tests.benchmarks.modes.nested import Nested, nested
 from tests.benchmarks.modes.picture import write_picture
 from tests.benchmarks.modes.summary import in_words
+from tests.benchmarks.rounded import rounded
 
 RESULTS = Path(__file__).parent / "results"
 PICTURE = Path(__file__).parents[3] / "reports" / "guide" / "modes.png"
@@ -62,15 +61,10 @@ _PREPARE, _REFERENCE, _NESTED, _LONG, _FULL = range(5)  # streams of random numb
 @lru_cache(maxsize=1)
 def state_of_code() -> str:
     """Digest of the sources that a case's outcome hangs on."""
-    digest = hashlib.sha256()
-    root, here = Path(hdprog.__file__).parent, Path(__file__).parent
-    files = [file for name in _SOURCES for file in sorted((root / name).rglob("*.py"))]
-    files += [here.parent / "calibration" / "loops.py", here / "requirements.txt"]
-    files += [file for file in sorted(here.glob("*.py")) if file.stem not in ("summary", "picture")]
-    for file in files:
-        digest.update(file.read_bytes())
-    digest.update((shipped("priors") / f"{PRIOR}.toml").read_bytes())
-    return digest.hexdigest()[:10]
+    here = Path(__file__).parent
+    shared = [here.parent / "calibration" / "loops.py", here / "requirements.txt"]
+    own = [file for file in sorted(here.glob("*.py")) if file.stem not in ("summary", "picture")]
+    return digest([*sources(*_SOURCES), *shared, *own, prior_file(PRIOR)])
 
 
 def measured(case: Case) -> dict[str, Any]:
@@ -244,15 +238,6 @@ def _versions() -> dict[str, str]:
     return {"python": platform.python_version()} | {name: version(name) for name in packages}
 
 
-def _rounded(value: object) -> object:
-    """Figures to five digits: the files are checked in."""
-    if isinstance(value, dict):
-        return {key: _rounded(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_rounded(item) for item in value]
-    return float(f"{value:.5g}") if isinstance(value, float) else value
-
-
 def read(case: Case) -> dict[str, Any] | None:
     """A case's result, if there is one of this state of the code."""
     file = RESULTS / f"{case.name}.json"
@@ -273,7 +258,7 @@ def main() -> None:
             continue
         print(f"{case.name} ...", flush=True)
         found = measured(case)
-        text = json.dumps(_rounded(found), indent=1)
+        text = json.dumps(rounded(found), indent=1)
         atomic_write_text(RESULTS / f"{case.name}.json", text + "\n")
         print(f"{case.name}: {found['processor_seconds']}", flush=True)
     files = [RESULTS / f"{case.name}.json" for case in CASES]

@@ -12,7 +12,6 @@ anew.
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import time
 from collections.abc import Iterator
@@ -22,10 +21,9 @@ from typing import Any
 
 import numpy as np
 
-import hdprog
 from hdprog.atomic import atomic_write_text
 from hdprog.parallel import hold_blas_to_one_thread
-from hdprog.shipped import shipped
+from tests.benchmarks.code_state import digest, prior_file, sources
 from tests.benchmarks.prognostics.fleets import KINDS, SEED, Fleet, Kind, fleet
 from tests.benchmarks.prognostics.laws import LAWS, Law
 from tests.benchmarks.prognostics.method import GRID, Method
@@ -43,16 +41,10 @@ _SOURCES = ("forecast", "inference", "trend")
 @lru_cache(maxsize=1)
 def state_of_code() -> str:
     """Digest of the sources that a fleet's scores hang on."""
-    root, here = Path(hdprog.__file__).parent, Path(__file__).parent
-    files = [file for name in _SOURCES for file in sorted((root / name).rglob("*.py"))]
-    files += [here.parent / "degradation" / "series.py", here / "requirements.txt"]
-    kept = ("summary", "picture", "run")
-    files += [file for file in sorted(here.glob("*.py")) if file.stem not in kept]
-    files.append(shipped("priors") / "trend.toml")
-    digest = hashlib.sha256()
-    for file in files:
-        digest.update(file.read_bytes())
-    return digest.hexdigest()[:10]
+    here, told = Path(__file__).parent, ("summary", "picture", "run")
+    shared = [here.parent / "degradation" / "series.py", here / "requirements.txt"]
+    own = [file for file in sorted(here.glob("*.py")) if file.stem not in told]
+    return digest([*sources(*_SOURCES), *shared, *own, prior_file("trend")])
 
 
 def methods() -> dict[str, Method]:

@@ -15,22 +15,22 @@ results/summary.json, results/summary.md and the picture reports/guide/repeats.p
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict
 from functools import lru_cache, partial
 from pathlib import Path
 
-import hdprog
 from hdprog.atomic import atomic_write_text
 from hdprog.parallel import hold_blas_to_one_thread
+from tests.benchmarks.code_state import digest, sources
 from tests.benchmarks.repeats import DRIVE, MODELS, Fit, read_fits
 from tests.benchmarks.repeats.control import control_fits, name_of
 from tests.benchmarks.repeats.fits import fits_of
 from tests.benchmarks.repeats.picture import write_picture
 from tests.benchmarks.repeats.records import groups
 from tests.benchmarks.repeats.summary import in_words, summary
+from tests.benchmarks.rounded import rounded
 
 RESULTS = Path(__file__).parent / "results"
 PICTURE = Path(__file__).parents[3] / "reports" / "guide" / "repeats.png"
@@ -43,14 +43,7 @@ Job = tuple[str, str, Callable[[], Iterator[Fit]]]
 @lru_cache(maxsize=1)
 def state_of_code() -> str:
     """Digest of the sources that the fits hang on."""
-    digest = hashlib.sha256()
-    root = Path(hdprog.__file__).parent
-    for folder in (root / name for name in _SOURCES):
-        for file in sorted(folder.rglob("*.py")):
-            digest.update(file.read_bytes())
-    for name in _HERE:
-        digest.update((Path(__file__).parent / name).read_bytes())
-    return digest.hexdigest()[:10]
+    return digest([*sources(*_SOURCES), *(Path(__file__).parent / name for name in _HERE)])
 
 
 def jobs(data: Path | None, control: int, only: str) -> Iterator[Job]:
@@ -80,19 +73,10 @@ def run(todo: Iterable[Job], file: Path) -> None:
             if (name, model) in done:
                 continue
             found = list(work())
-            stream.writelines(json.dumps(_rounded(asdict(one))) + "\n" for one in found)
+            stream.writelines(json.dumps(rounded(asdict(one))) + "\n" for one in found)
             stream.flush()
             for one in found:
                 print(f"{one.words} ({one.seconds:.1f} s)", flush=True)
-
-
-def _rounded(value: object) -> object:
-    """Figures to five digits: the file is checked in."""
-    if isinstance(value, dict):
-        return {key: _rounded(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_rounded(item) for item in value]
-    return float(f"{value:.5g}") if isinstance(value, float) else value
 
 
 def main() -> None:

@@ -15,7 +15,6 @@ summary says where lines come from several states of the code.
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import os
 import platform
@@ -36,6 +35,8 @@ import hdprog
 from hdprog.atomic import atomic_write_text
 from hdprog.inference.lazy_arviz import arviz
 from hdprog.parallel import hold_blas_to_one_thread
+from tests.benchmarks.code_state import digest, sources
+from tests.benchmarks.rounded import rounded
 from tests.benchmarks.samplers import Outcome, read_outcomes
 from tests.benchmarks.samplers.ensemble import zeus_slices
 from tests.benchmarks.samplers.equality import TOLERANCE, compare
@@ -79,12 +80,7 @@ _ONE_THREAD = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1
 @lru_cache(maxsize=1)
 def state_of_code() -> str:
     """Digest of the sources that a measurement hangs on."""
-    digest = hashlib.sha256()
-    root = Path(hdprog.__file__).parent
-    for folder in (root / name for name in _SOURCES):
-        for file in sorted(folder.rglob("*.py")):
-            digest.update(file.read_bytes())
-    return digest.hexdigest()[:10]
+    return digest(sources(*_SOURCES))
 
 
 def on_one_core(core: int | None) -> None:
@@ -170,18 +166,9 @@ def run(
                     continue
                 started = time.perf_counter()
                 one = measured(target, sampler, bound)
-                stream.write(json.dumps(_rounded(asdict(one))) + "\n")
+                stream.write(json.dumps(rounded(asdict(one), 6)) + "\n")
                 stream.flush()
                 print(f"{one.words} [{time.perf_counter() - started:.0f} s]", flush=True)
-
-
-def _rounded(value: object) -> object:
-    """Figures to six digits: the file is checked in."""
-    if isinstance(value, dict):
-        return {key: _rounded(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_rounded(item) for item in value]
-    return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
 def circumstances(bound: float) -> dict[str, Any]:
