@@ -59,3 +59,24 @@ def simulate_ahead(
         walk = walk + drift + departure * turn
         states[:, time - first] = x
     return states
+
+
+def level_off(now: FloatArray, ahead: FloatArray, floor: FloatArray) -> FloatArray:
+    """Let the logarithm of a stiffness, where it falls, tend to its floor.
+
+    With f the floor, b = f + (b_now − f)·exp(−fall/(1 − f/b_now)): the slope at now is kept.
+
+    Parameters
+    ----------
+    now : (draws,) logarithm at present, of b in Nm/rad
+    ahead : (draws, times) logarithm to come, without a floor
+    floor : (draws,) in Nm/rad, below the present value
+
+    Returns
+    -------
+    (draws, times) logarithm to come
+    """
+    share = np.minimum(floor / np.exp(now), 0.999)[:, None]
+    fall = now[:, None] - ahead
+    level = share + (1 - share) * np.exp(-np.maximum(fall, 0.0) / (1 - share))
+    return np.asarray(np.where(fall > 0, now[:, None] + np.log(level), ahead))

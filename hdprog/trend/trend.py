@@ -14,7 +14,7 @@ from hdprog.inference.priors import Prior
 from hdprog.physics.figures import Operation
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.results import TrendSummary
-from hdprog.trend.ahead import simulate_ahead
+from hdprog.trend.ahead import level_off, simulate_ahead
 from hdprog.trend.bend import Bend
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.followed_effects import FollowedEffects
@@ -138,7 +138,9 @@ class Trend:
         now = states[:, -1]
         ahead = simulate_ahead(steps, rng, (now, carried), behind, self.wear_prior.rate_ahead)
         ahead = np.clip(ahead, centre - farthest, centre + farthest)
-        ahead[..., _B] = self._level_off(now[:, _B], ahead[..., _B], rng)
+        present = now[:, _B]
+        floor = self.wear_prior.floor(np.exp(present), rng.uniform(size=present.size))
+        ahead[..., _B] = level_off(present, ahead[..., _B], floor)
         return Paths(
             np.asarray(hours, dtype=float),
             np.concatenate([states, ahead], axis=1)[:, which < 0],
@@ -226,17 +228,3 @@ class Trend:
         gap = np.maximum(at[after] - at[before], 1)
         share = np.clip((np.arange(which.size) - at[before]) / gap, 0.0, 1.0)[:, None]
         return np.asarray((1 - share) * found[:, before] + share * found[:, after])
-
-    def _level_off(
-        self, now: FloatArray, ahead: FloatArray, rng: np.random.Generator
-    ) -> FloatArray:
-        """Let log b, falling from (draws,) now along (draws, times), tend to its floor.
-
-        With f the floor, b = f + (b_now − f)·exp(−fall/(1 − f/b_now)): the slope at now is kept.
-        """
-        present = np.exp(now)
-        floor = self.wear_prior.floor(present, rng.uniform(size=now.size))
-        share = np.minimum(floor / present, 0.999)[:, None]
-        fall = now[:, None] - ahead
-        level = share + (1 - share) * np.exp(-np.maximum(fall, 0.0) / (1 - share))
-        return np.asarray(np.where(fall > 0, now[:, None] + np.log(level), ahead))

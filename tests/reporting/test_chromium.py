@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from hdprog.reporting.build import build_report
+from hdprog.reporting.figures.residual_strip import ADDED, RISING
 from tests.browser import near, needs_chromium, render
-from tests.reporting import drives
+from tests.reporting import drives, explanations
 
 pytestmark = list(needs_chromium)
 
@@ -32,3 +33,15 @@ def test_a_phone_needs_no_sideways_scrolling_of_the_page(tmp_path: Path) -> None
     page = page[:policy] + page[page.index("\n", policy) :]
     pixels = render(page.replace("</body>", probe), tmp_path, 500, 800)
     assert near(pixels, "#00ff00") > 0.9 * pixels.shape[0] * pixels.shape[1]
+
+
+def test_a_browser_shows_the_residual_and_the_line_of_what_was_added(tmp_path: Path) -> None:
+    page = build_report(explanations.single(explanations.record()))
+    start = page.index('<section aria-labelledby="effects">')
+    end = page.index('<section aria-labelledby="tests">')
+    alone = page[: page.index("<header>")] + page[start:end] + "</body></html>"
+    pixels = render(alone, tmp_path, 1000, 900)
+    assert near(pixels, ADDED) > 500
+    assert near(pixels, RISING) > 20
+    # Thin outlines are mixed with the ground: what is warm is the falling branch.
+    assert int((pixels[..., 0] - pixels[..., 2] > 0.3).sum()) > 300

@@ -3,20 +3,17 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from hdprog.reporting.build import build_report
 from hdprog.reporting.effect_words import place_of_unknown
-from hdprog.reporting.figures.residual_strip import ADDED, RISING
 from hdprog.reporting.figures.unknown_course import unknown_course
 from hdprog.reporting.sections.warnings import warnings
 from hdprog.reporting.style import house_style
 from hdprog.reporting.verdict import verdict
 from hdprog.results import DriveResult
-from tests.browser import CHROMIUM, near, render
 from tests.reporting import drives, explanations
 from tests.reporting.effects_view import said, section, tables
 from tests.reporting.page import Page, spaced
@@ -326,17 +323,3 @@ def test_each_pictured_test_adds_less_than_a_tenth_of_a_megabyte() -> None:
     added = len(build_report(result).encode()) - without
     # The rest of the section is worth one test more.
     assert added < 100_000 * (pictured + 1)
-
-
-@pytest.mark.chromium
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium browser is installed")
-def test_a_browser_shows_the_residual_and_the_line_of_what_was_added(tmp_path: Path) -> None:
-    page = build_report(explanations.single(explanations.record()))
-    start = page.index('<section aria-labelledby="effects">')
-    end = page.index('<section aria-labelledby="tests">')
-    alone = page[: page.index("<header>")] + page[start:end] + "</body></html>"
-    pixels = render(alone, tmp_path, 1000, 900)
-    assert near(pixels, ADDED) > 500
-    assert near(pixels, RISING) > 20
-    # Thin outlines are mixed with the ground: what is warm is the falling branch.
-    assert int((pixels[..., 0] - pixels[..., 2] > 0.3).sum()) > 300

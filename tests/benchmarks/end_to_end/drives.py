@@ -27,13 +27,14 @@ from hdprog.physics.drive_model import torsion_angle
 from hdprog.physics.figures import Operation
 from hdprog.physics.parameters import NAMES, FloatArray, in_support
 from hdprog.physics.torque_path import TorquePath
-from hdprog.trend.ahead import simulate_ahead
+from hdprog.trend.ahead import level_off, simulate_ahead
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import StatePrior, to_loop
 from hdprog.trend.wear_prior import WearPrior, read_wear_prior
+from tests.independent.drives import first_crossing
 
 SEED = 81
 TESTS = 5
@@ -149,7 +150,9 @@ def _attempt(rng: np.random.Generator) -> Drawn | None:
     farthest = _FARTHEST_STATE * np.sqrt(steps.initial_variance)
     ahead = np.clip(ahead, steps.initial_mean - farthest, steps.initial_mean + farthest)
     at_b = NAMES.index("b")
-    ahead[:, at_b] = _level_off(states[-1, at_b], ahead[:, at_b], wear, float(rng.uniform()))
+    present = states[-1:, at_b]
+    floor = wear.floor(np.exp(present), rng.uniform(size=1))
+    ahead[:, at_b] = level_off(present, ahead[None, :, at_b], floor)[0]
     paths = to_loop(ahead)
     crossings, past = zip(*(_crossing(limit, paths, grid) for limit in LIMITS), strict=True)
     return Drawn(
@@ -184,25 +187,10 @@ def until_now(steps: Steps, rng: np.random.Generator) -> tuple[FloatArray, Float
     return np.array(states), np.concatenate([loadings, [extent, rate]])
 
 
-def _level_off(now: float, ahead: FloatArray, wear: WearPrior, deviate: float) -> FloatArray:
-    """log b past the last test, (times,), which tends to a floor as worn teeth do."""
-    floor = wear.floor(np.exp([now]), np.array([deviate]))[0]
-    share = min(float(floor / np.exp(now)), 0.999)
-    fall = np.maximum(now - ahead, 0.0)
-    worn = now + np.log(share + (1 - share) * np.exp(-fall / (1 - share)))
-    return np.asarray(np.where(fall > 0, worn, ahead))
-
-
 def _crossing(limit: Limit, paths: FloatArray, grid: FloatArray) -> tuple[float, bool]:
     values = figure_paths(request_of(limit), paths, loop_prior(), OPERATION)
-    beyond = values >= limit.threshold if limit.direction == "above" else values <= limit.threshold
-    if beyond[0]:
-        return NOW, True
-    if not beyond.any():
-        return np.inf, False
-    after = int(np.argmax(beyond))
-    share = (limit.threshold - values[after - 1]) / (values[after] - values[after - 1])
-    return float(grid[after - 1] + share * (grid[after] - grid[after - 1])), False
+    at = first_crossing(grid, values, limit.threshold, limit.direction)
+    return (np.inf, False) if at is None else (at, at == NOW)
 
 
 def _loop(prior: Prior, coordinates: FloatArray, rng: np.random.Generator) -> Loop:

@@ -174,13 +174,7 @@ def run(count: int, file: Path, workers: int) -> None:
 
 
 def read(file: Path) -> list[dict[str, Any]]:
-    """What a file of this state of the code holds.
-
-    Raises
-    ------
-    SystemExit
-        where some of it comes from another state
-    """
+    """What a file holds; says so where some of it comes from another state of the code."""
     lines = file.read_text("utf-8").splitlines() if file.exists() else []
     found = [json.loads(line) for line in lines if line.endswith("}")]
     others = sum(one["code"] != state_of_code() for one in found)

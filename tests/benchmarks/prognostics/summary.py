@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from tests.benchmarks.prognostics.fleets import HORIZON, KINDS, NOW, SEED
@@ -127,14 +127,21 @@ def _of_size(results: Iterable[Result], size: int) -> list[Result]:
     return [one for one in results if one["size"] == size]
 
 
-def _by_size(results: Sequence[Result]) -> str:
-    rows = []
+def _each(results: Sequence[Result]) -> Iterator[tuple[int, str, Summary]]:
+    """Size, method and scores of all that were scored."""
     for kind in KINDS:
         some = _of_size(results, kind.size)
         for method in METHODS:
             found = summary_of(some, method)
             if found is not None:
-                rows.append([str(kind.size), method, str(found.units), *_cells(found)])
+                yield kind.size, method, found
+
+
+def _by_size(results: Sequence[Result]) -> str:
+    rows = [
+        [str(size), method, str(found.units), *_cells(found)]
+        for size, method, found in _each(results)
+    ]
     return (
         "## All laws\n\nCRPS: mean of CRPS over true remaining life. Over the oracle's: ratio of "
         "the mean CRPS in hours.\n\n" + _table(["units", "method", "forecasts", *_COLUMNS], rows)
@@ -185,14 +192,10 @@ def _methods() -> str:
 
 def _transforms(results: Sequence[Result]) -> str:
     rows = []
-    for kind in KINDS:
-        some = _of_size(results, kind.size)
-        for method in METHODS:
-            found = summary_of(some, method)
-            if found is not None:
-                band = f"{found.histogram.low} to {found.histogram.high}"
-                counts = " ".join(str(count) for count in found.histogram.counts)
-                rows.append([str(kind.size), method, counts, band])
+    for size, method, found in _each(results):
+        band = f"{found.histogram.low} to {found.histogram.high}"
+        counts = " ".join(str(count) for count in found.histogram.counts)
+        rows.append([str(size), method, counts, band])
     return (
         "## Probability integral transforms\n\nForecasts in each tenth, and the band that holds "
         "all ten in 95 % of studies of a calibrated forecast. Many in the first tenths: failures "
