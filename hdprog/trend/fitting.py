@@ -20,10 +20,10 @@ from hdprog.trend.hyperparameters import (
     sample,
     starting_walkers,
 )
-from hdprog.trend.observation import Observations
 from hdprog.trend.relinearise import JointMode, JointPrior, joint_mode, moved
 from hdprog.trend.smoother import log_evidence
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
+from hdprog.trend.temperature import SeenTests
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import StatePrior, from_loop, linearise
@@ -78,7 +78,7 @@ def fit_trend(
         return JointPrior.of(steps, float(scatter[0]), wear_prior.scales)
 
     def density_at(mode: JointMode) -> LogDensity:
-        seen = Observations.of(mode.loops, wear_prior.scales)
+        seen = SeenTests.of(mode.loops, tests, wear_prior).observations()
 
         def log_density(deviates: FloatArray) -> FloatArray:
             inside = np.abs(deviates).max(axis=1) < _FARTHEST_DEVIATE

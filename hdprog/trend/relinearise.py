@@ -25,7 +25,7 @@ _TRIALS = 12
 
 @dataclass(frozen=True)
 class JointPrior:
-    """Gaussian of all tests' wear coordinates x_j (scatter included) given the hyperparameters.
+    """Gaussian of what all tests met, x_j (scatter and warmth included), given hyperparameters.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class JointPrior:
         """From the steps of one draw of the hyperparameters, along the tests."""
         tests, count = steps.wear.shape[1], scales.size
         along = np.outer(steps.direction, steps.direction)
-        segment = np.cumsum(steps.begins)
+        segment, warming = np.cumsum(steps.begins), steps.warming
         wear, settled, passed, rate, lead, integral = np.zeros((6, tests))
         wandered = np.zeros((tests, count, count))
         for test in range(tests):
@@ -70,12 +70,18 @@ class JointPrior:
                 turned = integral[early] + lead[early] * (passed[late] - passed[early])
                 turned += steps.running_in[1] * settled[row] * settled[column]
                 fixed = wear[row] * wear[column] * steps.loading_variance
+                if warming is not None:
+                    fixed += warming.warmth[row] * warming.warmth[column] * warming.variance
                 covariance[row, :, column] = (
                     wandered[early] + turned * along + np.diag(steps.initial_variance + fixed)
                 )
             covariance[row, :, row] += np.diag((scatter * scales) ** 2)
         mean = steps.initial_mean + wear[:, None] * steps.loading_mean[0]
         mean = mean + steps.running_in[0] * settled[:, None] * steps.direction
+        if warming is not None:
+            mean = mean + warming.warmth[:, None] * warming.mean
+            every = np.arange(tests)
+            covariance[every, :, every] += warming.unknown_part
         flat = covariance.reshape(tests * count, -1)
         return JointPrior(mean, np.asarray(np.linalg.inv(flat)))
 

@@ -1,8 +1,9 @@
 """Kalman filter and smoother over the loops in information form, for many draws at once.
 
-The state is x, n numbers, and what it carries along, n + 2: the loadings L, the extent of
-running-in r and the rate's departure v. A loop informs x only. With Λ, η what it says of x and
-P, m the prediction, W = (I + ΛP)⁻¹, u = W(η − Λm), G = WΛ give the update
+The state is x, n numbers, and what it carries along, k = n + 2 or 2n + 2: the loadings L, the
+change β by 10 K where temperature counts, the extent of running-in r and the rate's departure v. A
+loop informs x only. With Λ, η what it says of x and P, m the prediction, W = (I + ΛP)⁻¹,
+u = W(η − Λm), G = WΛ give the update
 
     m ← m + P u,   P ← P − P G P
 
@@ -26,25 +27,45 @@ RUNNING_IN, RATE = -2, -1
 
 
 def _carries(steps: Steps, time: int) -> FloatArray:
-    """How x moves by what it carries, (draws, n, n + 2): loadings times wear, the rest along m."""
-    moves = steps.wear[:, time, None, None] * np.eye(steps.size, steps.size + 2)
+    """How x moves by what it carries, (draws, n, k): L by wear, β by warmth, the rest along m."""
+    moves = steps.wear[:, time, None, None] * np.eye(steps.size, steps.carried)
+    if steps.warming is not None:
+        moves += steps.warming.warmed[time] * np.eye(steps.size, steps.carried, steps.size)
     moves[..., RUNNING_IN] = steps.settled[:, time, None] * steps.direction
     moves[..., RATE] = steps.passed[:, time, None] * steps.direction
     return moves
 
 
 def _carried_at_first(steps: Steps) -> tuple[FloatArray, FloatArray]:
-    """Mean (draws, n + 2) and variance (n + 2,) of what a new drive carries.
+    """Mean (draws, k) and variance (k,) of what a new drive carries.
 
     Its rate is the clock's.
     """
     extent, variance = steps.running_in
     loadings = np.broadcast_to(steps.loading_mean, (len(steps.wear), steps.size))
-    beside = np.tile([extent, 0.0], (len(loadings), 1))
+    warmer, unsure = (), ()
+    if steps.warming is not None:
+        warmer, unsure = tuple(steps.warming.mean), tuple(steps.warming.variance)
+    beside = np.tile([*warmer, extent, 0.0], (len(loadings), 1))
     return (
         np.concatenate([loadings, beside], axis=1),
-        np.concatenate([steps.loading_variance, [variance, 0.0]]),
+        np.concatenate([steps.loading_variance, [*unsure, variance, 0.0]]),
     )
+
+
+def per_step_of_warmth(steps: Steps, carried: FloatArray) -> FloatArray:
+    """β (draws, n) out of what is carried (draws, k); zero where temperature does not count."""
+    count = steps.size
+    if steps.warming is None:
+        return np.zeros((len(carried), count))
+    return np.asarray(carried[:, count : 2 * count])
+
+
+def at_reference(steps: Steps, state: FloatArray, carried: FloatArray, time: int) -> FloatArray:
+    """State (draws, n) at a time as it is at the reference temperature; carried (draws, k)."""
+    if steps.warming is None:
+        return state
+    return np.asarray(state - steps.warming.warmth[time] * per_step_of_warmth(steps, carried))
 
 
 @dataclass
@@ -52,7 +73,7 @@ class _Predicted:
     """Prediction of x and of what it carries, for every draw; c stands for the carried."""
 
     x: FloatArray  # (draws, n)
-    c: FloatArray  # (draws, n + 2)
+    c: FloatArray  # (draws, k)
     xx: FloatArray
     xc: FloatArray
     cc: FloatArray
@@ -170,14 +191,14 @@ def smooth(
 
     Returns
     -------
-    states (draws, times, n); loadings and the rate's departure at the last time (draws, n + 2)
+    states (draws, times, n), and what the last carries (draws, k)
     """
     kept: list[_Kept] = []
     _filter(steps, precision, information, np.zeros(steps.wear.shape[0]), kept)
     draws, times = steps.wear.shape
     states = np.empty((draws, times, steps.size))
-    carried = np.empty((draws, steps.size + 2))
-    on_x, on_c = np.zeros((draws, steps.size)), np.zeros((draws, steps.size + 2))
+    carried = np.empty((draws, steps.carried))
+    on_x, on_c = np.zeros((draws, steps.size)), np.zeros((draws, steps.carried))
     for time in range(times - 1, -1, -1):
         at = kept[time]
         seen = (at.xx @ on_x[..., None] + at.xc @ on_c[..., None])[..., 0]
@@ -204,22 +225,22 @@ def simulate(
     ----------
     steps : of every draw
     rng : source of randomness
-    start : state (draws, n) and carried (draws, n + 2) just before `first`; drawn where a drive
+    start : state (draws, n) and carried (draws, k) just before `first`; drawn where a drive
         begins
     first : first time to draw
 
     Returns
     -------
-    states (draws, times − first, n), and what the last carries (draws, n + 2)
+    states (draws, times − first, n), and what the last carries (draws, k)
     """
     draws, times = steps.wear.shape
     count = steps.size
-    x, c = (np.zeros((draws, count)), np.zeros((draws, count + 2))) if start is None else start
+    x, c = (np.zeros((draws, count)), np.zeros((draws, steps.carried))) if start is None else start
     states = np.empty((draws, times - first, count))
     for time in range(first, times):
         if steps.begins[time]:
             mean, variance = _carried_at_first(steps)
-            x, c = rng.standard_normal((draws, count)), rng.standard_normal((draws, count + 2))
+            x, c = rng.standard_normal((draws, count)), rng.standard_normal((draws, steps.carried))
             x = steps.initial_mean + np.sqrt(steps.initial_variance) * x
             c = mean + np.sqrt(variance) * c
         wear, passed = steps.wear[:, time], steps.passed[:, time]
@@ -230,6 +251,8 @@ def simulate(
         gained = gained + steps.settled[:, time] * c[:, RUNNING_IN]
         own = np.sqrt(steps.own[:, time]) * rng.standard_normal((draws, count))
         x = x + wear[:, None] * c[:, :count] + gained[:, None] * steps.direction + own
+        if steps.warming is not None:
+            x = x + steps.warming.warmed[time] * per_step_of_warmth(steps, c)
         c = np.column_stack([c[:, :RATE], c[:, RATE] + departure * turn])
         states[:, time - first] = x
     return states, c
@@ -245,7 +268,7 @@ def draw(
 
     Returns
     -------
-    states (draws, times, n), and what the last carries (draws, n + 2)
+    states (draws, times, n), and what the last carries (draws, k)
     """
     precision, information, _ = observations.behind_scatter(scatter)
     states, carried = simulate(steps, rng)
@@ -256,6 +279,7 @@ def draw(
         initial_mean=nothing,
         loading_mean=nothing[None],
         running_in=(0.0, steps.running_in[1]),
+        warming=None if steps.warming is None else replace(steps.warming, mean=nothing),
     )
     correction = smooth(around_zero, precision, information - said)
     return states + correction[0], carried + correction[1]

@@ -9,7 +9,8 @@ Running-in leaves r, a Gaussian, within the first hours; without it, it would pa
 slows down. The rate of wear departs from the clock's by v, a random walk from zero over the
 logarithm of the expected wear u (a local linear trend); d is a random walk over it (a Wiener
 process with a time-scale transformation), along m and of every coordinate alone. e_j is the
-scatter of remounting.
+scatter of remounting. Where tests differ in temperature, x stands for x(t) + β·δ(t), the state as
+warm as the drive was (see `hdprog.trend.temperature`).
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.evidence import LoopEvidence
+from hdprog.trend.temperature import Temperatures, Warming
 from hdprog.trend.wear_clock import ServiceClock, WearClock
 from hdprog.trend.wear_coordinates import StatePrior
 from hdprog.trend.wear_prior import WearPrior
@@ -110,12 +112,14 @@ class Timeline:
     begins : (times,) True where a new drive begins: at the first time and at each replacement
     event_variance : (times, n) variance of the lasting step just before the time
     age_by_load : (times,) the same hours counted by load; None where the load is not known
+    temperatures : along the times; None where temperature does not count
     """
 
     age: FloatArray
     begins: NDArray[np.bool_]
     event_variance: FloatArray
     age_by_load: FloatArray | None = None
+    temperatures: Temperatures | None = None
 
     @staticmethod
     def of(
@@ -149,7 +153,10 @@ class Timeline:
             return np.asarray(hours - np.where(first > 0, hours[first], 0.0))
 
         by_load = since_new(clock(service)) if clock.by_load else None
-        return Timeline(since_new(clock.served(service)), begins, variance, by_load), which
+        found = Temperatures.of(tests)
+        along = None if found is None else found.along(which)
+        age = since_new(clock.served(service))
+        return Timeline(age, begins, variance, by_load, along), which
 
     def counted(self, load_share: FloatArray) -> FloatArray:
         """Hours by which wear counts, (draws, times), for shares of load (draws,)."""
@@ -177,6 +184,7 @@ class Steps:
     departure : (draws, times) variance that the rate's departure v gains meanwhile
     shared : (draws, times) variance added along the direction of wear
     own : (draws, times, n) variance added to each coordinate
+    warming : what temperature does; None where it does not count
     """
 
     initial_mean: FloatArray
@@ -193,11 +201,17 @@ class Steps:
     departure: FloatArray
     shared: FloatArray
     own: FloatArray
+    warming: Warming | None = None
 
     @property
     def size(self) -> int:
         """How many numbers a state has."""
         return self.initial_mean.size
+
+    @property
+    def carried(self) -> int:
+        """How many numbers a state carries along: L, β where there is one, r and v."""
+        return self.size * (1 if self.warming is None else 2) + 2
 
     @staticmethod
     def of(
@@ -215,6 +229,8 @@ class Steps:
         settled = -np.expm1(-expected / values.running_in_length[:, None])
         wandered = values.own_volatility[:, None] ** 2 * counted
         own = wandered[..., None] * wear_prior.drift_scales**2
+        found = timeline.temperatures
+        warming = None if found is None else Warming.of(found, timeline.begins, wear_prior)
         return Steps(
             prior.mean,
             prior.sd**2,
@@ -230,6 +246,7 @@ class Steps:
             values.rate_volatility[:, None] ** 2 * lived,
             values.volatility[:, None] ** 2 * counted,
             own + timeline.event_variance,
+            warming,
         )
 
     def upto(self, times: int) -> Steps:
@@ -244,6 +261,7 @@ class Steps:
             departure=self.departure[:, :times],
             shared=self.shared[:, :times],
             own=self.own[:, :times],
+            warming=None if self.warming is None else self.warming.upto(times),
         )
 
 

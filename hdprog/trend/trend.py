@@ -21,10 +21,10 @@ from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.hyperparameters import (
     HyperparameterDraws,
 )
-from hdprog.trend.observation import Observations
 from hdprog.trend.relinearise import JointMode
-from hdprog.trend.smoother import draw
+from hdprog.trend.smoother import at_reference, draw, per_step_of_warmth
 from hdprog.trend.state_space import HYPERPARAMETERS, LOAD_SHARE, Hyperparameters, Steps, Timeline
+from hdprog.trend.temperature import SeenTests
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import StatePrior, to_loop
 from hdprog.trend.wear_prior import WearPrior
@@ -44,6 +44,8 @@ class Paths:
     direction : (n,) along which wear wanders
     shared : (draws, times) variance added along it since the time before
     own : (draws, times, n) variance added to each coordinate alone
+    warmer : (draws, n) what 10 K add to a state after the last test; zero where temperature does
+        not count, else the states are those at the reference temperature
     """
 
     hours: FloatArray
@@ -51,6 +53,7 @@ class Paths:
     direction: FloatArray
     shared: FloatArray
     own: FloatArray
+    warmer: FloatArray
 
     @property
     def coordinates(self) -> FloatArray:
@@ -130,12 +133,12 @@ class Trend:
         timeline, which = Timeline.of(self.tests, clock, self.wear_prior, hours)
         steps = Steps.of(timeline, values, self._state_prior, self.wear_prior)
         behind = int(np.flatnonzero(which >= 0)[-1]) + 1
-        seen = Observations.of(self.mode.loops, self.wear_prior.scales, which[:behind])
+        seen = self._seen.observations(which[:behind])
         states, carried = draw(steps.upto(behind), seen, values.scatter, rng)
         centre, farthest = steps.initial_mean, _FARTHEST * np.sqrt(steps.initial_variance)
         states = states + self._put_back(states, values.scatter, which[:behind], rng)
         states = np.clip(states, centre - farthest, centre + farthest)
-        now = states[:, -1]
+        now = at_reference(steps, states[:, -1], carried, behind - 1)
         ahead = simulate_ahead(steps, rng, (now, carried), behind, self.wear_prior.rate_ahead)
         ahead = np.clip(ahead, centre - farthest, centre + farthest)
         present = now[:, _B]
@@ -147,14 +150,14 @@ class Trend:
             self.wear_prior.loading_mean,
             steps.shared[:, which < 0],
             steps.own[:, which < 0],
+            per_step_of_warmth(steps, carried),
         )
 
     def measured(self, rng: np.random.Generator, draws: int = 500) -> FloatArray:
-        """Draw what each test met, scatter included, given all tests: (draws, tests, n)."""
+        """Draw what each test met, scatter and warmth included, given all: (draws, tests, n)."""
         values = Hyperparameters.of(self.draws.thinned(draws, rng), self.wear_prior)
-        seen = Observations.of(self.mode.loops, self.wear_prior.scales)
-        states, _ = self._at_tests(values, seen, rng)
-        measured = seen.draw_measured(states, values.scatter, rng)
+        states, _ = self._at_tests(values, rng)
+        measured = self._seen.draw_measured(states, values.scatter, rng)
         return to_loop(measured + self._bent(measured))
 
     def deviates(self, rng: np.random.Generator, draws: int) -> tuple[FloatArray, FloatArray]:
@@ -163,8 +166,7 @@ class Trend:
         Both of one draw belong together.
         """
         prior, chosen = self.wear_prior, self.draws.thinned(draws, rng)
-        seen = Observations.of(self.mode.loops, prior.scales)
-        _, carried = self._at_tests(Hyperparameters.of(chosen, prior), seen, rng)
+        _, carried = self._at_tests(Hyperparameters.of(chosen, prior), rng)
         departure = carried[:, : prior.loading_mean.size] - prior.loading_mean
         return prior.deviates(chosen), (departure / prior.loading_sd)[:, : len(NAMES)]
 
@@ -190,13 +192,17 @@ class Trend:
 
         return summarise(self, drive, operation, rng)
 
+    @property
+    def _seen(self) -> SeenTests:
+        return SeenTests.of(self.mode.loops, self.tests, self.wear_prior)
+
     def _at_tests(
-        self, values: Hyperparameters, seen: Observations, rng: np.random.Generator
+        self, values: Hyperparameters, rng: np.random.Generator
     ) -> tuple[FloatArray, FloatArray]:
-        """Draw states (draws, tests, n) at the tests, and what the last carries (draws, n + 2)."""
+        """Draw states (draws, tests, n) at the tests, and what the last carries (draws, k)."""
         timeline, _ = Timeline.of(self.tests, self.clock, self.wear_prior)
         steps = Steps.of(timeline, values, self._state_prior, self.wear_prior)
-        return draw(steps, seen, values.scatter, rng)
+        return draw(steps, self._seen.observations(), values.scatter, rng)
 
     def _bent(self, measured: FloatArray) -> FloatArray:
         """Correction of draws (draws, tests, n) onto the ridge of each loop."""
@@ -221,8 +227,7 @@ class Trend:
         It is found at the tests and goes straight from one to the next between them.
         """
         at = np.flatnonzero(which >= 0)
-        seen = Observations.of(self.mode.loops, self.wear_prior.scales)
-        found = self._bent(seen.draw_measured(states[:, at], scatter, rng))
+        found = self._bent(self._seen.draw_measured(states[:, at], scatter, rng))
         after = np.clip(np.searchsorted(at, np.arange(which.size)), 0, at.size - 1)
         before = np.maximum(after - 1, 0)
         gap = np.maximum(at[after] - at[before], 1)

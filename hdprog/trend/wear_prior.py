@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from statistics import NormalDist
+from typing import Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -124,6 +125,7 @@ class WearPrior(_Strict):
     drift_scale: dict[str, float]
     scatter_scale: dict[str, float]
     effect: EffectPrior
+    temperature: dict[str, Loading]
     floor_b: LogNormal
     regreased: dict[str, float]
     reassembled: dict[str, float]
@@ -132,8 +134,8 @@ class WearPrior(_Strict):
 
     @property
     def identity(self) -> str:
-        """Digest of the file's content: deviates of different files do not compare."""
-        content = self.model_dump_json(exclude={"followed", "fleet"})
+        """Digest of what the deviates are of: those of different files do not compare."""
+        content = self.model_dump_json(exclude={"followed", "fleet", "temperature"})
         return hashlib.sha256(content.encode()).hexdigest()[:16]
 
     def learnt_from(self, fleet: FleetPrior) -> WearPrior:
@@ -197,6 +199,20 @@ class WearPrior(_Strict):
             [self.scatter_scale[name] for name in NAMES], self.effect.scatter_scale
         )
 
+    @cached_property
+    def warmer_mean(self) -> FloatArray:
+        """(n,) change of each coordinate that the file expects of 10 K."""
+        return self._of_warmth("mean")
+
+    @cached_property
+    def warmer_sd(self) -> FloatArray:
+        """(n,) standard deviation of that change from drive to drive."""
+        return self._of_warmth("sd")
+
+    def _of_warmth(self, value: Literal["mean", "sd"]) -> FloatArray:
+        each = {name: getattr(belief, value) for name, belief in self.temperature.items()}
+        return self._extended([each[name] for name in NAMES], each["effect"])
+
     def event_variance(self, event: str | None) -> FloatArray:
         """(n,) variance of the lasting step that an event leaves in each coordinate."""
         steps = {"regreased": self.regreased, "reassembled": self.reassembled}.get(event or "", {})
@@ -253,8 +269,13 @@ def read_wear_prior(path: Path | None = None) -> WearPrior:
     source = _read(path)
     try:
         prior = WearPrior.model_validate(tomllib.loads(source.text))
-        for table in (prior.loadings, prior.drift_scale, prior.scatter_scale):
-            missing = [name for name in NAMES if name not in table]
+        for table, names in (
+            (prior.loadings, NAMES),
+            (prior.drift_scale, NAMES),
+            (prior.scatter_scale, NAMES),
+            (prior.temperature, (*NAMES, "effect")),
+        ):
+            missing = [name for name in names if name not in table]
             if missing:
                 raise ValueError("no entry for " + ", ".join(missing))
     except (tomllib.TOMLDecodeError, ValueError) as error:

@@ -16,7 +16,10 @@ from tests.benchmarks.end_to_end import drives
 def test_states_drawn_step_by_step_have_the_mean_and_covariance_of_the_filter() -> None:
     wear = drives.wear_prior()
     hours = np.linspace(0.0, drives.NOW, drives.TESTS)
-    tests = [SimpleNamespace(service_hours=h, event=None, load_hours=None) for h in hours]
+    tests = [
+        SimpleNamespace(service_hours=h, event=None, load_hours=None, temperature_C=None)
+        for h in hours
+    ]
     timeline, _ = Timeline.of(tests, ServiceClock.of(tests), wear)
     deviates = np.full((1, len(HYPERPARAMETERS)), 0.4)
     values = Hyperparameters.of(deviates, wear)

@@ -131,7 +131,10 @@ def _attempt(rng: np.random.Generator) -> Drawn | None:
     values = Hyperparameters.of(deviates[None], wear)
     tests = cast(
         "list[LoopEvidence]",
-        [SimpleNamespace(service_hours=h, event=None, load_hours=None) for h in hours],
+        [
+            SimpleNamespace(service_hours=h, event=None, load_hours=None, temperature_C=None)
+            for h in hours
+        ],
     )
     grid = np.linspace(NOW, HORIZON, _GRID + 1)
     timeline, _ = Timeline.of(tests, ServiceClock.of(tests), wear, grid)
