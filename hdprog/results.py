@@ -224,7 +224,9 @@ class FigureTrend:
     key : figure's name, as in `Limit.key`
     hours : (times,) service hours, from the first test to the horizon
     quantiles : (levels, times) at `LEVELS`
-    test_hours, test_quantiles : (tests,), (levels, tests) each test's own posterior
+    test_hours, test_quantiles : (tests,), (levels, tests) each test's own posterior; where tests
+        differ in temperature, as it would be at the reference
+    reference_C : that temperature; None where they do not
     """
 
     key: str
@@ -232,6 +234,7 @@ class FigureTrend:
     quantiles: FloatArray
     test_hours: FloatArray
     test_quantiles: FloatArray
+    reference_C: float | None = None
 
 
 @dataclass(frozen=True)
@@ -284,6 +287,24 @@ class FleetShare:
 
 
 @dataclass(frozen=True)
+class TemperatureEffect:
+    """What temperature changes in a drive whose tests differ in it.
+
+    Attributes
+    ----------
+    reference_C : at which the trend is told: the mean of the tests that give one
+    spread_K : standard deviation of the tests' temperatures
+    unknown : number of tests without one, taken at the reference, give or take `spread_K`
+    percent_per_10K : figure → level → change in per cent of the drive as it is now
+    """
+
+    reference_C: float
+    spread_K: float
+    unknown: int
+    percent_per_10K: Mapping[str, Mapping[float, float]]
+
+
+@dataclass(frozen=True)
 class TrendSummary:
     """The trend model as fitted."""
 
@@ -297,6 +318,7 @@ class TrendSummary:
     followed: tuple[str, ...] = ()  # effects whose amplitudes are part of the state
     says: WearSaid | None = None
     fleet: FleetShare | None = None  # None where no other drives were given
+    temperature: TemperatureEffect | None = None  # None where the tests do not differ in it
 
 
 @dataclass(frozen=True)

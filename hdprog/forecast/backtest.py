@@ -42,6 +42,7 @@ from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.hyperparameters import HyperparameterDraws
 from hdprog.trend.state_space import Hyperparameters
+from hdprog.trend.temperature import Temperatures
 from hdprog.trend.trend import Paths, Trend
 from hdprog.trend.wear_coordinates import to_loop
 from hdprog.trend.wear_prior import WearPrior
@@ -261,16 +262,20 @@ def _score_figures(
     operation: Operation,
     rng: np.random.Generator,
 ) -> tuple[FigureScore, ...]:
-    """Score every limited figure at every later test, as it was mounted and read."""
-    scored = []
+    """Score every limited figure at every later test, as warm, mounted and read as it was."""
+    scored, temperatures = [], Temperatures.of(trend.tests)
     for ahead, test in enumerate(later, start=1):
         at = int(np.searchsorted(paths.hours, test.service_hours))
-        mounted = to_loop(paths.states[:, at] + _mounting(trend.draws, trend.wear_prior, rng))
+        state = paths.states[:, at]
+        if temperatures is not None:
+            warmth = temperatures.draw_warmth(test.temperature_C, rng, _DRAWS)
+            state = state + warmth * paths.warmer
+        mounted = to_loop(state + _mounting(trend.draws, trend.wear_prior, rng))
         for limit in {limit.key: limit for limit in drive.limits}.values():
             own = test.figures[limit.key]
             measured = float(np.median(own))
-            state = figure_paths(request_of(limit), mounted, trend.prior, operation)
-            predicted = state + (measured - rng.choice(own, state.size))
+            met = figure_paths(request_of(limit), mounted, trend.prior, operation)
+            predicted = met + (measured - rng.choice(own, met.size))
             levels = dict(zip(LEVELS, map(float, np.quantile(predicted, LEVELS)), strict=True))
             line = straight_line(
                 [one.service_hours for one in earlier],

@@ -26,12 +26,14 @@ class SeenTest:
     ----------
     test_id, service_hours, event : of the test
     figures : (draws,) of the test's own posterior by the limit's key
+    temperature_C : of the drive, or None
     """
 
     test_id: str
     service_hours: float
     event: str | None
     figures: Mapping[str, FloatArray]
+    temperature_C: float | None = None
 
     def median(self, key: str) -> float:
         """Median of a figure."""
@@ -49,7 +51,7 @@ def seen_test(
     figures = {
         limit.key: own_figures(test, request_of(limit), prior, operation) for limit in limits
     }
-    return SeenTest(test_id, test.service_hours, test.event, figures)
+    return SeenTest(test_id, test.service_hours, test.event, figures, test.temperature_C)
 
 
 def until_intervention(tests: Sequence[SeenTest]) -> tuple[SeenTest, ...]:

@@ -32,6 +32,7 @@ from hdprog.reporting.sections import (
 )
 from hdprog.reporting.sections import remaining_life as life
 from hdprog.reporting.style import Picture, house_style
+from hdprog.reporting.temperature_words import temperature_words
 from hdprog.reporting.verdict import verdict
 from hdprog.reporting.words import capital, counted, quantity, tidy, torque_words
 from hdprog.results import DriveResult, ParameterDraws, TestResult
@@ -96,6 +97,7 @@ def _page(result: DriveResult, catalogue: Mapping[str, float]) -> str:
             diagnostics=tests.diagnostics(result),
             hyperparameters=None if trend is None else method.hyperparameters(trend),
             shrinkage=None if trend is None else shrinkage.shrinkage(trend),
+            temperature="" if trend is None else temperature_words(trend, _limited(result)),
             method=method.method(result),
             words=_words(result),
             provenance=provenance.provenance(result.provenance),
@@ -144,6 +146,10 @@ def _trends(result: DriveResult) -> list[tuple[str, Picture]]:
         for forecast in result.forecasts
         if forecast.limit is not None and forecast.limit.key in result.trend.figures
     ]
+
+
+def _limited(result: DriveResult) -> list[str]:
+    return [forecast.limit.key for forecast in result.forecasts if forecast.limit is not None]
 
 
 def _panel(test: TestResult, scales: PanelScales) -> Panel:

@@ -25,6 +25,7 @@ from hdprog.results import (
     Provenance,
     Sensitivity,
     TestResult,
+    TemperatureEffect,
     TrendSummary,
     WearSaid,
 )
@@ -202,6 +203,7 @@ def _paper(test: TestResult) -> dict[str, Any] | None:
 
 
 def _trend(trend: TrendSummary) -> dict[str, Any]:
+    warmth = trend.temperature
     return {
         "model": keyboard_signs(trend.model),
         "converged": trend.converged,
@@ -221,7 +223,18 @@ def _trend(trend: TrendSummary) -> dict[str, Any]:
         "diagnostics": {name: number(value) for name, value in trend.diagnostics.items()},
         "says": None if trend.says is None else _says(trend.says),
         "fleet": None if trend.fleet is None else _fleet(trend.fleet),
+        **({} if warmth is None else {"temperature": _temperature(warmth)}),
         "warnings": list(trend.warnings),
+    }
+
+
+def _temperature(found: TemperatureEffect) -> dict[str, Any]:
+    moved = found.percent_per_10K
+    return {
+        "reference_C": number(found.reference_C),
+        "spread_K": number(found.spread_K),
+        "tests_without": found.unknown,
+        "percent_per_10K": {key: quantiles(levels) for key, levels in moved.items()},
     }
 
 

@@ -18,6 +18,7 @@ from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fleet import Said
 from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters
+from hdprog.trend.temperature_effect import cooled, temperature_effect, warmth_added
 from hdprog.trend.trend import Trend
 from hdprog.trend.what_tests_say import DEVIATES, what_tests_say
 
@@ -47,8 +48,11 @@ def own_figures(
     followed: FollowedEffects | None = None,
 ) -> FloatArray:
     """Compute a figure over (at most 400 of) a test's own posterior draws, (draws,)."""
-    every = max(1, len(test.posterior) // _OWN_DRAWS)
-    return figure_paths(request, test.posterior[::every], prior, operation, followed)
+    return figure_paths(request, _own_draws(test), prior, operation, followed)
+
+
+def _own_draws(test: LoopEvidence) -> FloatArray:
+    return test.posterior[:: max(1, len(test.posterior) // _OWN_DRAWS)]
 
 
 def summarise(
@@ -76,12 +80,23 @@ def summarise(
     coordinates = trend.paths(hours, rng, _DRAWS)
     measured = trend.measured(rng, _DRAWS)
     test_hours = np.array([test.service_hours for test in trend.tests])
+    added, at_reference = warmth_added(trend, rng, _OWN_DRAWS), None
+    if added is not None:
+        own_draws = [_own_draws(test) for test in trend.tests]
+        at_reference = [cooled(own, added[:, test]) for test, own in enumerate(own_draws)]
+    warmth = temperature_effect(trend, requests, operation, rng, _DRAWS)
     figures, remarks = {}, []
     for request in requests:
         own = [
             own_figures(test, request, trend.prior, operation, trend.followed)
             for test in trend.tests
         ]
+        shown = own
+        if at_reference is not None:
+            shown = [
+                figure_paths(request, draws, trend.prior, operation, trend.followed)
+                for draws in at_reference
+            ]
         figures[request.key] = FigureTrend(
             request.key,
             hours,
@@ -89,7 +104,8 @@ def summarise(
                 figure_paths(request, coordinates, trend.prior, operation, trend.followed)
             ),
             test_hours,
-            np.stack([np.quantile(values, LEVELS) for values in own], axis=1),
+            np.stack([np.quantile(values, LEVELS) for values in shown], axis=1),
+            None if warmth is None else warmth.reference_C,
         )
         joint = figure_paths(request, measured, trend.prior, operation, trend.followed)
         remarks += mismatches(request.key, own, joint)
@@ -110,6 +126,7 @@ def summarise(
         },
         converged=trend.converged,
         warnings=(*trend.warnings, *remarks),
+        temperature=warmth,
     )
 
 

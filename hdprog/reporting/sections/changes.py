@@ -36,10 +36,12 @@ def changes(result: DriveResult) -> Changes | None:
         (key for key in now.figures if key in before.figures), key=lambda key: key not in limited
     )
     rows = [_row(key, before, now) for key in keys]
+    warm = result.trend is not None and result.trend.temperature is not None
+    beside = "mounting the drive anew" + (" or its temperature" if warm else "")
     table = Table.flat(
         "Figures of merit of the last two tests: median, below it the 90 % interval. A change is "
         f"called clear from {_CLEAR:g} standard deviations of the difference of the two tests; how "
-        "far mounting the drive anew moves a figure is not in these, but in the trend.",
+        f"far {beside} moves a figure is not in these, but in the trend.",
         ("figure", _head(before), _head(now), "change", "said by the two tests"),
         rows,
         doubtful=not (before.converged and now.converged),

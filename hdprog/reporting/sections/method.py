@@ -175,6 +175,11 @@ def _trend(trend: TrendSummary) -> str:
             "hyperparameter and loading is a fleet's mean and a drive's own departure, whose "
             "shares are unknown."
         )
+    if trend.temperature is not None:
+        told += (
+            " What 10 K change in each parameter is a Gaussian that the tests, which differ in "
+            "temperature, narrow."
+        )
     doubt = "" if trend.converged else " The trend did not converge: its numbers are provisional."
     return f"{trend.model.rstrip('.')}.{told}{doubt}"
 

@@ -1,0 +1,36 @@
+"""What temperature does to a drive whose tests differ in it, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hdprog.reporting.rounding import grouped, interval
+from hdprog.reporting.words import agree, counted, listed, quantity
+from hdprog.results import TemperatureEffect, TrendSummary
+
+
+def degrees(temperature_C: float) -> str:
+    """Write a temperature with its unit."""
+    return f"{grouped(temperature_C, 0)} °C"
+
+
+def temperature_words(trend: TrendSummary, keys: Sequence[str]) -> str:
+    """What 10 K change in some figures, by their keys; empty where tests do not differ in it."""
+    found = trend.temperature
+    if found is None:
+        return ""
+    text = f"Trend and forecast are told at {degrees(found.reference_C)}, the mean of the tests"
+    if found.unknown:
+        taken = agree(found.unknown, "is", "are")
+        text += (
+            f"; {counted(found.unknown, 'test')} without a temperature {taken} taken at it, give "
+            f"or take {grouped(found.spread_K, 0)} K"
+        )
+    moved = [_moved(key, found) for key in dict.fromkeys(keys) if key in found.percent_per_10K]
+    return f"{text}. 10 K more change {listed(moved)}." if moved else f"{text}."
+
+
+def _moved(key: str, found: TemperatureEffect) -> str:
+    levels = found.percent_per_10K[key]
+    low, middle, high = interval(levels[0.05], levels[0.50], levels[0.95])
+    return f"{quantity(key).name} by {middle} % (90 %: {low} to {high} %)"
