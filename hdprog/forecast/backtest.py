@@ -40,7 +40,6 @@ from hdprog.results import LEVELS
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
-from hdprog.trend.hyperparameters import HyperparameterDraws
 from hdprog.trend.state_space import Hyperparameters
 from hdprog.trend.temperature import Temperatures
 from hdprog.trend.trend import Paths, Trend
@@ -270,7 +269,7 @@ def _score_figures(
         if temperatures is not None:
             warmth = temperatures.draw_warmth(test.temperature_C, rng, _DRAWS)
             state = state + warmth * paths.warmer
-        mounted = to_loop(state + _mounting(trend.draws, trend.wear_prior, rng))
+        mounted = to_loop(state + _mounting(trend, rng))
         for limit in {limit.key: limit for limit in drive.limits}.values():
             own = test.figures[limit.key]
             measured = float(np.median(own))
@@ -302,11 +301,9 @@ def _score_figures(
     return tuple(scored)
 
 
-def _mounting(
-    draws: HyperparameterDraws, wear_prior: WearPrior, rng: np.random.Generator
-) -> FloatArray:
+def _mounting(trend: Trend, rng: np.random.Generator) -> FloatArray:
     """Scatter of a mounting to come, (draws, n) in wear coordinates."""
-    size = Hyperparameters.of(draws.thinned(_DRAWS, rng), wear_prior).scatter
-    return np.asarray(
-        size[:, None] * wear_prior.scales * rng.standard_normal((_DRAWS, wear_prior.scales.size))
-    )
+    scales = trend.wear_prior.scales
+    deviates = trend.met.thinned(_DRAWS, rng).deviates
+    size = Hyperparameters.of(deviates, trend.wear_prior).scatter
+    return np.asarray(size[:, None] * scales * rng.standard_normal((_DRAWS, scales.size)))

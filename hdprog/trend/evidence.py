@@ -13,6 +13,7 @@ import numpy as np
 
 from hdprog.errors import BadInputError
 from hdprog.physics.parameters import NAMES, FloatArray
+from hdprog.trend.exact_likelihood import ExactLikelihood
 
 EVENTS: tuple[str, ...] = ("regreased", "reassembled", "replaced")
 """What may have been done to a drive just before a test; a break in its trend."""
@@ -60,6 +61,11 @@ class LoopEvidence(Protocol):
     def temperature_C(self) -> float | None: ...  # noqa: D102
     @property
     def posterior(self) -> FloatArray: ...  # noqa: D102
+
+    @property
+    def exact(self) -> ExactLikelihood | None:
+        """The likelihood itself; None where `linearise` is exact everywhere."""
+        ...
 
     def linearise(self, coordinates: FloatArray) -> Linearised:
         """Information form of the loop's likelihood at coordinates (n,)."""

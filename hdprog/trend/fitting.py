@@ -11,6 +11,7 @@ from hdprog.inference.priors import Prior
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.evidence import LoopEvidence, in_order
 from hdprog.trend.followed_effects import FollowedEffects
+from hdprog.trend.gaussian_step import GaussianStep
 from hdprog.trend.hyperparameters import (
     FULL,
     QUICK,
@@ -20,6 +21,9 @@ from hdprog.trend.hyperparameters import (
     sample,
     starting_walkers,
 )
+from hdprog.trend.joint_refit import FULL as JOINT_FULL
+from hdprog.trend.joint_refit import QUICK as JOINT_QUICK
+from hdprog.trend.joint_refit import Met, met_by_tests
 from hdprog.trend.relinearise import JointMode, JointPrior, joint_mode, moved
 from hdprog.trend.smoother import log_evidence
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
@@ -111,14 +115,19 @@ def fit_trend(
         distance = moved(found.points, final, centre)
         if distance < _MOVED_ENOUGH:
             break
-    said = _warnings(tests, final, draws, distance, wear_prior)
-    return Trend(tests, prior, wear_prior, clock, final, draws, said, alpha, followed)
+    step = GaussianStep.of(
+        tests, found, timeline, state_prior, wear_prior, alpha, prior.softplus_scale
+    )
+    met = met_by_tests(step, draws, rng, JOINT_QUICK if quick else JOINT_FULL)
+    said = _warnings(tests, final, draws, met, distance, wear_prior)
+    return Trend(tests, prior, wear_prior, clock, final, draws, met, said, alpha, followed)
 
 
 def _warnings(
     tests: Sequence[LoopEvidence],
     found: JointMode,
     draws: HyperparameterDraws,
+    met: Met,
     distance: float,
     wear_prior: WearPrior,
 ) -> tuple[str, ...]:
@@ -135,7 +144,7 @@ def _warnings(
             "The drive was replaced: the state starts anew there; its pace and scatter are taken "
             "to be like those of the one before."
         )
-    if not found.converged or distance > _MOVED_ENOUGH:
+    if not met.sampled and (not found.converged or distance > _MOVED_ENOUGH):
         said.append(
             "The joint linearisation of the loops did not come to rest "
             f"(last move {distance:.2g} posterior spreads); the forecast is marked."
@@ -145,5 +154,10 @@ def _warnings(
             "The trend's hyperparameters did not converge "
             f"(R-hat {draws.rhat:.3f}, effective draws {draws.ess_bulk:.0f} in the bulk and "
             f"{draws.ess_tail:.0f} in the tails); the forecast is marked."
+        )
+    if not met.converged:
+        said.append(
+            "The joint sampling of loops and trend did not converge "
+            f"(R-hat {met.rhat:.3f}, {met.ess:.0f} effective draws); the forecast is marked."
         )
     return tuple(said)

@@ -5,12 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.special import log_ndtr, ndtri
 
 from hdprog.inference.information import Linearised, information_form
-from hdprog.inference.likelihood import COUNT, LoopLikelihood
+from hdprog.inference.likelihood import COUNT, LoopLikelihood, sigmoid
 from hdprog.inference.posterior import Posterior
 from hdprog.physics.parameters import FloatArray
-from hdprog.trend.followed_effects import FollowedEffects, Located
+from hdprog.trend.exact_likelihood import Nuisances
+from hdprog.trend.followed_effects import SMALLEST, FollowedEffects, Located
+
+_NEWTON_STEPS = 4
+_LARGEST_STEP = 1.0  # prior spreads of a nuisance
+_FARTHEST_SCORE = 6.0  # of the initial slip's fraction
 
 
 @dataclass(frozen=True)
@@ -66,9 +73,66 @@ class FittedLoop:
             followed,
         )
 
+    @property
+    def exact(self) -> FittedLoop:
+        """Itself: a loop's likelihood is not Gaussian."""
+        return self
+
     def linearise(self, coordinates: FloatArray) -> Linearised:
         """Information form of the likelihood at coordinates and amplitudes (n,)."""
         point = self.point.copy()
+        residual, derivative, columns = self._derivative(coordinates, point)
+        return information_form(residual, derivative, coordinates, point, columns, self.variance)
+
+    def nuisances(self, coordinates: FloatArray) -> Nuisances:
+        """Normal score of the initial slip's fraction, and what effects have beside amplitudes."""
+        point = self.point.copy()
+        own = self._own
+        scores = point[own]
+        scores[0] = np.clip(ndtri(sigmoid(scores[:1]))[0], -_FARTHEST_SCORE, _FARTHEST_SCORE)
+        for _ in range(_NEWTON_STEPS):
+            point[own] = scores
+            point[COUNT] = _logit(scores[:1])[0]
+            residual, derivative, columns = self._derivative(coordinates, point)
+            derivative[:, COUNT] *= _logit_slope(float(scores[0]))
+            beside = derivative[:, own]
+            precision = beside.T @ beside / self.variance + np.eye(own.size)
+            pull = -beside.T @ residual / self.variance - scores
+            step = np.linalg.solve(precision, pull)
+            scores = scores + np.clip(step, -_LARGEST_STEP, _LARGEST_STEP)
+        cross = beside.T @ derivative[:, columns] / self.variance
+        return Nuisances(scores, -np.linalg.solve(precision, cross), precision)
+
+    def log_likelihood(self, coordinates: FloatArray, nuisances: FloatArray) -> FloatArray:
+        """(draws,) log L at coordinates and amplitudes (draws, n) and nuisances (draws, k)."""
+        points = np.empty((len(coordinates), self.likelihood.size))
+        points[:, :COUNT] = coordinates[:, :COUNT]
+        points[:, self._own] = nuisances
+        points[:, COUNT] = _logit(nuisances[:, 0])
+        if self.followed is None:
+            with np.errstate(all="ignore"):
+                density = self.likelihood.log_likelihood(points)
+                inside = np.isfinite(density) & self.likelihood.supported(points)
+            return np.where(inside, density, -np.inf)
+        return self._with_amplitudes(points, coordinates[:, COUNT:])
+
+    @property
+    def _own(self) -> NDArray[np.intp]:
+        """Columns of a point that are no part of the state."""
+        followed = [column for column, _ in self._located(np.zeros(self._amplitudes))]
+        return np.setdiff1d(np.arange(COUNT, self.point.size), followed)
+
+    @property
+    def _amplitudes(self) -> int:
+        return 0 if self.followed is None else self.followed.size
+
+    def _derivative(
+        self, coordinates: FloatArray, point: FloatArray
+    ) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
+        """Whitened residual and its derivative, and the columns that are the state's numbers.
+
+        The state's numbers in the point are set to coordinates and amplitudes (n,).
+        """
         point[:COUNT] = coordinates[:COUNT]
         located = self._located(coordinates[COUNT:])
         columns = np.concatenate([np.arange(COUNT), [column for column, _ in located]])
@@ -79,9 +143,31 @@ class FittedLoop:
         for column, place in located:
             derivative[:, column] *= place.slope
             residual = residual + derivative[:, column] * place.beyond
-        return information_form(
-            residual, derivative, coordinates, point, columns.astype(np.intp), self.variance
-        )
+        return residual, derivative, columns.astype(np.intp)
+
+    def _with_amplitudes(self, points: FloatArray, amplitudes: FloatArray) -> FloatArray:
+        """Log likelihood (draws,) of points with amplitudes (draws, followed) put into them."""
+        placed = [self._located(one) for one in amplitudes]
+        for row, places in enumerate(placed):
+            for column, place in places:
+                points[row, column] = place.coordinate
+        residual = self.likelihood.residual(points)
+        for index, (column, _) in enumerate(placed[0]):
+            beyond = np.array([places[index][1].beyond for places in placed])
+            rows = np.flatnonzero(beyond)
+            if rows.size == 0:
+                continue
+            # An amplitude that its own coordinate cannot reach: a straight line from there.
+            further = np.full(self._amplitudes, 2 * SMALLEST)
+            near = points[rows].copy()
+            near[:, column] = self._located(further)[index][1].coordinate
+            moved = (self.likelihood.residual(near) - residual[rows]) / SMALLEST
+            residual[rows] += moved * beyond[rows, None]
+        with np.errstate(all="ignore"):
+            squares = np.einsum("ij,ij->i", residual, residual)
+            density = -0.5 * self.likelihood.degrees * np.log(squares)
+            inside = np.isfinite(density) & self.likelihood.supported(points)
+        return np.where(inside, density, -np.inf)
 
     def _located(self, amplitudes: FloatArray) -> list[tuple[int, Located]]:
         """Of each amplitude, its column in a point and where it lies there."""
@@ -95,6 +181,17 @@ class FittedLoop:
             (places[name][0], self.followed.coordinate(name, places[name][1], float(amplitude)))
             for name, amplitude in zip(self.followed.units, amplitudes, strict=True)
         ]
+
+
+def _logit(score: FloatArray) -> FloatArray:
+    """Logit (...) of the fraction whose normal score (...) is given."""
+    return np.asarray(log_ndtr(score) - log_ndtr(-score))
+
+
+def _logit_slope(score: float) -> float:
+    step = 1e-4
+    ends = _logit(np.array([score - step, score + step]))
+    return float(ends[1] - ends[0]) / (2 * step)
 
 
 def _with_all(

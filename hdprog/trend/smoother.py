@@ -17,6 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.observation import Observations
@@ -153,6 +154,67 @@ def log_evidence(steps: Steps, scatter: FloatArray, observations: Observations) 
     return _filter(steps, *observations.behind_scatter(scatter), keep=None)
 
 
+@dataclass(frozen=True)
+class Predictor:
+    """Prediction of each test from those before it, for courses that were met exactly.
+
+    Spreads hang on the tests' precisions alone: once known, a course costs a few products.
+
+    Attributes
+    ----------
+    steps : of every draw
+    carries : (times) of (draws, n, k) how x moves by what it carries
+    gain : (times) of (draws, n, n) inverse covariance of what a test shows beyond its prediction
+    xx, cx : (times) of (draws, n, n) and (draws, k, n), predicted covariances
+    """
+
+    steps: Steps
+    carries: tuple[FloatArray, ...]
+    gain: tuple[FloatArray, ...]
+    xx: tuple[FloatArray, ...]
+    cx: tuple[FloatArray, ...]
+
+    @staticmethod
+    def of(steps: Steps, precision: FloatArray) -> Predictor:
+        """From the inverse covariance of what was met about the state, (draws, times, n, n)."""
+        kept: list[_Kept] = []
+        draws, times = steps.wear.shape
+        _filter(steps, precision, np.zeros(precision.shape[:-1]), np.zeros(draws), kept)
+        return Predictor(
+            steps,
+            tuple(_carries(steps, time) for time in range(times)),
+            tuple(one.gain for one in kept),
+            tuple(one.xx for one in kept),
+            tuple(np.swapaxes(one.xc, -1, -2) for one in kept),
+        )
+
+    def rows(self, chosen: NDArray[np.intp]) -> Predictor:
+        """Keep some of the draws."""
+        each = (self.carries, self.gain, self.xx, self.cx)
+        kept = (tuple(one[chosen] for one in some) for some in each)
+        return Predictor(self.steps.rows(chosen), *kept)
+
+    def squares(self, met: FloatArray) -> FloatArray:
+        """Squared surprise (courses, draws) of courses (courses, draws, times, n).
+
+        −½ of it is the log density of a course, up to a constant of each draw.
+        """
+        first, _ = _carried_at_first(self.steps)
+        total = np.zeros(met.shape[:2])
+        for time, (carries, gain, xx, cx) in enumerate(
+            zip(self.carries, self.gain, self.xx, self.cx, strict=True)
+        ):
+            if self.steps.begins[time]:
+                x, c = self.steps.initial_mean, first
+            x = x + np.matmul(carries, c[..., None])[..., 0]
+            off = met[:, :, time] - x
+            pull = np.matmul(gain, off[..., None])[..., 0]
+            total += np.sum(off * pull, axis=-1)
+            x = x + np.matmul(xx, pull[..., None])[..., 0]
+            c = c + np.matmul(cx, pull[..., None])[..., 0]
+        return total
+
+
 def _filter(
     steps: Steps,
     precision: FloatArray,
@@ -273,6 +335,25 @@ def draw(
     precision, information, _ = observations.behind_scatter(scatter)
     states, carried = simulate(steps, rng)
     said = (precision @ states[..., None])[..., 0] + observations.draw_noise(scatter, rng)
+    correction = correct(steps, precision, information - said)
+    return states + correction[0], carried + correction[1]
+
+
+def correct(
+    steps: Steps, precision: FloatArray, beyond: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """What to add to a course drawn from the model for what the loops say beyond it.
+
+    Parameters
+    ----------
+    steps : of every draw
+    precision : Λ (draws, times, n, n)
+    beyond : (draws, times, n) information less Λ times the course, less noise of covariance Λ
+
+    Returns
+    -------
+    as `smooth`
+    """
     nothing = np.zeros(steps.size)
     around_zero = replace(
         steps,
@@ -281,5 +362,4 @@ def draw(
         running_in=(0.0, steps.running_in[1]),
         warming=None if steps.warming is None else replace(steps.warming, mean=nothing),
     )
-    correction = smooth(around_zero, precision, information - said)
-    return states + correction[0], carried + correction[1]
+    return smooth(around_zero, precision, beyond)

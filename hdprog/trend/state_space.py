@@ -249,6 +249,13 @@ class Steps:
             warming,
         )
 
+    def rows(self, chosen: NDArray[np.intp]) -> Steps:
+        """Keep some of the draws."""
+        by_draw = ("wear", "settled", "passed", "lived", "departure", "shared", "own")
+        kept = {name: getattr(self, name)[chosen] for name in by_draw}
+        mean = self.loading_mean
+        return replace(self, loading_mean=mean if len(mean) == 1 else mean[chosen], **kept)
+
     def upto(self, times: int) -> Steps:
         """Keep the first few times only."""
         return replace(

@@ -10,7 +10,8 @@ from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.physics.parameters import FloatArray
 from hdprog.results import LEVELS, TemperatureEffect
 from hdprog.trend.figure_paths import figure_paths
-from hdprog.trend.smoother import draw, per_step_of_warmth
+from hdprog.trend.given_measured import GivenMeasured
+from hdprog.trend.smoother import per_step_of_warmth
 from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
 from hdprog.trend.temperature import STEP_K, SeenTests, Temperatures
 from hdprog.trend.trend import Trend
@@ -48,18 +49,19 @@ def warmth_added(trend: Trend, rng: np.random.Generator, draws: int) -> FloatArr
     Of a test of unknown temperature it is its prior. None where temperature does not count.
     """
     timeline, _ = Timeline.of(trend.tests, trend.clock, trend.wear_prior)
-    values = Hyperparameters.of(trend.draws.thinned(draws, rng), trend.wear_prior)
+    met = trend.met.thinned(draws, rng)
+    values = Hyperparameters.of(met.deviates, trend.wear_prior)
     state_prior = StatePrior.of(trend.prior, trend.wear_prior)
     steps = Steps.of(timeline, values, state_prior, trend.wear_prior)
     if steps.warming is None:
         return None
     seen = SeenTests.of(trend.mode.loops, trend.tests, trend.wear_prior)
+    given = GivenMeasured.of(steps, values.scatter, seen.scales, seen.unknown_part)
     first = np.flatnonzero(steps.begins).tolist()
     added = []
     # A replaced drive has its own change by 10 K, which its own tests tell.
     for start, end in zip(first, [*first[1:], len(trend.tests)], strict=True):
-        observed = seen.observations(np.arange(end))
-        _, carried = draw(steps.upto(end), observed, values.scatter, rng)
+        _, carried = given.draw_behind(met.measured, steps.upto(end), np.arange(end), rng)
         warmer = per_step_of_warmth(steps, carried)
         doubt = np.sqrt(steps.warming.doubt[start:end])
         warmth = steps.warming.warmth[start:end] + doubt * rng.standard_normal((draws, end - start))

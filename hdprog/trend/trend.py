@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hdprog.config import Drive
 from hdprog.config.drive import DEFAULT_ALPHA
@@ -15,14 +14,13 @@ from hdprog.physics.figures import Operation
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.results import TrendSummary
 from hdprog.trend.ahead import level_off, simulate_ahead
-from hdprog.trend.bend import Bend
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.followed_effects import FollowedEffects
-from hdprog.trend.hyperparameters import (
-    HyperparameterDraws,
-)
+from hdprog.trend.given_measured import GivenMeasured
+from hdprog.trend.hyperparameters import HyperparameterDraws
+from hdprog.trend.joint_refit import Met
 from hdprog.trend.relinearise import JointMode
-from hdprog.trend.smoother import at_reference, draw, per_step_of_warmth
+from hdprog.trend.smoother import at_reference, per_step_of_warmth
 from hdprog.trend.state_space import HYPERPARAMETERS, LOAD_SHARE, Hyperparameters, Steps, Timeline
 from hdprog.trend.temperature import SeenTests
 from hdprog.trend.wear_clock import ServiceClock
@@ -71,7 +69,8 @@ class Trend:
     prior, wear_prior : of the loops and of the wear
     clock : from service hours to the hours by which wear counts
     mode : where the loops were linearised
-    draws : of the hyperparameters, as standard normal deviates
+    draws : of the hyperparameters by the Gaussian step, as standard normal deviates
+    met : draws of the hyperparameters and of what every test met, by the loops themselves
     warnings : in words
     alpha : gear-tooth angle in rad
     followed : effects whose amplitudes are part of the state
@@ -83,6 +82,7 @@ class Trend:
     clock: ServiceClock
     mode: JointMode
     draws: HyperparameterDraws
+    met: Met
     warnings: tuple[str, ...]
     alpha: float = DEFAULT_ALPHA
     followed: FollowedEffects | None = None
@@ -98,8 +98,9 @@ class Trend:
 
     @property
     def converged(self) -> bool:
-        """Whether both the sampling and the linearisation came to rest."""
-        return self.draws.converged and self.mode.converged
+        """Whether the samplings and the linearisation came to rest."""
+        linearised = self.mode.converged or self.met.sampled
+        return self.draws.converged and linearised and self.met.converged
 
     def paths(
         self,
@@ -128,15 +129,16 @@ class Trend:
         load_factor : pace of the clock past the last test over the pace so far, e.g. 0.8³ at
             80 % torque
         """
-        values = Hyperparameters.of(self.draws.thinned(draws, rng), self.wear_prior)
+        met = self.met.thinned(draws, rng)
+        values = Hyperparameters.of(met.deviates, self.wear_prior)
         clock = self.clock.slowed(load_factor)
         timeline, which = Timeline.of(self.tests, clock, self.wear_prior, hours)
         steps = Steps.of(timeline, values, self._state_prior, self.wear_prior)
         behind = int(np.flatnonzero(which >= 0)[-1]) + 1
-        seen = self._seen.observations(which[:behind])
-        states, carried = draw(steps.upto(behind), seen, values.scatter, rng)
+        states, carried = self._given(values).draw_behind(
+            met.measured, steps.upto(behind), which[:behind], rng
+        )
         centre, farthest = steps.initial_mean, _FARTHEST * np.sqrt(steps.initial_variance)
-        states = states + self._put_back(states, values.scatter, which[:behind], rng)
         states = np.clip(states, centre - farthest, centre + farthest)
         now = at_reference(steps, states[:, -1], carried, behind - 1)
         ahead = simulate_ahead(steps, rng, (now, carried), behind, self.wear_prior.rate_ahead)
@@ -155,29 +157,29 @@ class Trend:
 
     def measured(self, rng: np.random.Generator, draws: int = 500) -> FloatArray:
         """Draw what each test met, scatter and warmth included, given all: (draws, tests, n)."""
-        values = Hyperparameters.of(self.draws.thinned(draws, rng), self.wear_prior)
-        states, _ = self._at_tests(values, rng)
-        measured = self._seen.draw_measured(states, values.scatter, rng)
-        return to_loop(measured + self._bent(measured))
+        return to_loop(self.met.thinned(draws, rng).measured)
 
     def deviates(self, rng: np.random.Generator, draws: int) -> tuple[FloatArray, FloatArray]:
         """Draw deviates of the wear prior's file: hyperparameters (draws, k), loadings (draws, 8).
 
         Both of one draw belong together.
         """
-        prior, chosen = self.wear_prior, self.draws.thinned(draws, rng)
-        _, carried = self._at_tests(Hyperparameters.of(chosen, prior), rng)
+        prior, met = self.wear_prior, self.met.thinned(draws, rng)
+        values = Hyperparameters.of(met.deviates, prior)
+        timeline, which = Timeline.of(self.tests, self.clock, prior)
+        steps = Steps.of(timeline, values, self._state_prior, prior)
+        _, carried = self._given(values).draw_behind(met.measured, steps, which, rng)
         departure = carried[:, : prior.loading_mean.size] - prior.loading_mean
-        return prior.deviates(chosen), (departure / prior.loading_sd)[:, : len(NAMES)]
+        return prior.deviates(met.deviates), (departure / prior.loading_sd)[:, : len(NAMES)]
 
     def hyperparameters(self) -> Mapping[str, FloatArray]:
         """Draws of the hyperparameters by name, (draws,) each."""
-        named = Hyperparameters.of(self.draws.flat, self.wear_prior).named()
+        named = Hyperparameters.of(self.met.deviates, self.wear_prior).named()
         return {name: named[name] for name in self._in_use}
 
     def carried_by_prior(self) -> tuple[str, ...]:
         """Hyperparameters whose spread the tests hardly narrowed: by less than a fifth."""
-        spread = self.draws.flat.std(axis=0)
+        spread = self.met.deviates.std(axis=0)
         wide = dict(zip(HYPERPARAMETERS, spread**2 > 0.64, strict=True))
         return tuple(name for name in self._in_use if wide[name])
 
@@ -192,44 +194,8 @@ class Trend:
 
         return summarise(self, drive, operation, rng)
 
-    @property
-    def _seen(self) -> SeenTests:
-        return SeenTests.of(self.mode.loops, self.tests, self.wear_prior)
-
-    def _at_tests(
-        self, values: Hyperparameters, rng: np.random.Generator
-    ) -> tuple[FloatArray, FloatArray]:
-        """Draw states (draws, tests, n) at the tests, and what the last carries (draws, k)."""
+    def _given(self, values: Hyperparameters) -> GivenMeasured:
         timeline, _ = Timeline.of(self.tests, self.clock, self.wear_prior)
         steps = Steps.of(timeline, values, self._state_prior, self.wear_prior)
-        return draw(steps, self._seen.observations(), values.scatter, rng)
-
-    def _bent(self, measured: FloatArray) -> FloatArray:
-        """Correction of draws (draws, tests, n) onto the ridge of each loop."""
-        spread, scale = self._state_prior.sd, self.prior.softplus_scale
-        each = [
-            Bend(point, loop, spread, self.alpha, scale).correction(measured[:, number])
-            for number, (point, loop) in enumerate(
-                zip(self.mode.points, self.mode.loops, strict=True)
-            )
-        ]
-        return np.stack(each, axis=1)
-
-    def _put_back(
-        self,
-        states: FloatArray,
-        scatter: FloatArray,
-        which: NDArray[np.intp],
-        rng: np.random.Generator,
-    ) -> FloatArray:
-        """Correction (draws, times, n) that puts states back on the loops' ridges.
-
-        It is found at the tests and goes straight from one to the next between them.
-        """
-        at = np.flatnonzero(which >= 0)
-        found = self._bent(self._seen.draw_measured(states[:, at], scatter, rng))
-        after = np.clip(np.searchsorted(at, np.arange(which.size)), 0, at.size - 1)
-        before = np.maximum(after - 1, 0)
-        gap = np.maximum(at[after] - at[before], 1)
-        share = np.clip((np.arange(which.size) - at[before]) / gap, 0.0, 1.0)[:, None]
-        return np.asarray((1 - share) * found[:, before] + share * found[:, after])
+        seen = SeenTests.of(self.mode.loops, self.tests, self.wear_prior)
+        return GivenMeasured.of(steps, values.scatter, seen.scales, seen.unknown_part)

@@ -11,6 +11,7 @@ from hdprog.inference.priors import Prior
 from hdprog.physics.drive_model import torsion_angle
 from hdprog.physics.parameters import in_support
 from hdprog.physics.torque_path import TorquePath
+from hdprog.trend.exact_likelihood import Nuisances
 
 ALPHA = np.radians(30.0)
 NOISE = 1e-5
@@ -40,6 +41,20 @@ class Information:
 
 
 @dataclass(frozen=True)
+class KnownNoise:
+    """The exact likelihood of a simulated loop, which has no numbers of its own."""
+
+    loop: SimulatedLoop
+
+    def nuisances(self, coordinates: np.ndarray) -> Nuisances:
+        return Nuisances.none(coordinates.size)
+
+    def log_likelihood(self, coordinates: np.ndarray, nuisances: np.ndarray) -> np.ndarray:
+        density = self.loop.log_likelihood(coordinates)
+        return np.where(np.isfinite(density), density, -np.inf)
+
+
+@dataclass(frozen=True)
 class SimulatedLoop:
     """Evidence from a simulated loop; offset integrated out, noise known."""
 
@@ -64,6 +79,10 @@ class SimulatedLoop:
         with np.errstate(all="ignore"):
             rest = self.residual(points)
         return np.where(inside, -0.5 * np.sum(rest**2, axis=1), -np.inf)
+
+    @property
+    def exact(self) -> KnownNoise:
+        return KnownNoise(self)
 
     def linearise(self, coordinates: np.ndarray) -> Information:
         shift = STEP * np.eye(8)

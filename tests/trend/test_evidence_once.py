@@ -66,6 +66,7 @@ class SilentTest:
     event: str | None = None
     load_hours: float | None = None
     temperature_C: float | None = None
+    exact: None = None
 
     def linearise(self, coordinates: np.ndarray) -> Information:
         return Information(np.zeros((8, 8)), np.zeros(8), 0.0)

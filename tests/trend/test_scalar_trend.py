@@ -7,6 +7,8 @@ from hdprog.forecast.crossing import first_crossing, forecast_hours
 from hdprog.forecast.limits import Margins
 from hdprog.physics.parameters import NAMES
 from hdprog.trend.fleet import FleetPrior
+from hdprog.trend.gaussian_step import GaussianStep
+from hdprog.trend.joint_refit import QUICK, met_by_tests
 from hdprog.trend.observation import Observations
 from hdprog.trend.relinearise import JointMode
 from hdprog.trend.smoother import log_evidence
@@ -65,7 +67,11 @@ def test_crossing_is_that_of_the_whole_trend(unit):
     points = np.tile(prior.mean, (len(unit), 1))
     loops = tuple(linearise(one, point) for one, point in zip(unit, points, strict=True))
     mode = JointMode(points, loops, converged=True, steps=0)
-    trend = Trend(tuple(unit), prior, wear, ServiceClock.of(unit), mode, alone.draws, ())
+    clock, spread = ServiceClock.of(unit), StatePrior.of(prior, wear)
+    timeline, _ = Timeline.of(unit, clock, wear)
+    step = GaussianStep.of(unit, mode, timeline, spread, wear, 0.5, prior.softplus_scale)
+    met = met_by_tests(step, alone.draws, np.random.default_rng(5), QUICK)
+    trend = Trend(tuple(unit), prior, wear, clock, mode, alone.draws, met, ())
     paths = trend.wandering_paths(hours, np.random.default_rng(3), draws)
     wander = paths.shared * paths.direction[AT] ** 2 + paths.own[..., AT]
     whole = first_crossing(hours, [Margins(1.0 - paths.states[..., AT], wander)])

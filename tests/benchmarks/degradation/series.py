@@ -101,6 +101,7 @@ class Reading:
     event: str | None = None
     load_hours: float | None = None
     temperature_C: float | None = None
+    exact: None = None
 
     @property
     def posterior(self) -> FloatArray:

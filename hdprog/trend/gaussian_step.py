@@ -1,0 +1,223 @@
+"""The trend with Gaussians for the loops, and how far the loops themselves are from it.
+
+Given the hyperparameters h, linearised loops and trend make one large Gaussian of all states. A
+draw of it is a linear function of standard normal numbers z. It lies on the tangents of the loops'
+ridges; put onto the ridges (see `ridge_map`) it is what the tests met, y, and beside it come the
+tests' own numbers v. Draws of (h, z) then have the density of the whole model but for the factor
+
+    w = p(y | h)/p(u | h) · Π_j L_j(y_j, v_j) φ(v_j) |dy_j/du_j| / (G_j(u_j) q_j(v_j | u_j)),
+
+u the draw on the tangents, G_j the linearised loop, q_j its Gaussian of v_j: a weight for
+importance sampling, and the likelihood of a sampler whose prior is the Gaussian step itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdprog.physics.parameters import FloatArray
+from hdprog.trend.exact_likelihood import ExactLikelihood, Nuisances
+from hdprog.trend.evidence import Linearised, LoopEvidence
+from hdprog.trend.given_measured import GivenMeasured
+from hdprog.trend.relinearise import JointMode
+from hdprog.trend.ridge_map import RidgeMap
+from hdprog.trend.smoother import Predictor, draw
+from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
+from hdprog.trend.temperature import SeenTests
+from hdprog.trend.wear_coordinates import StatePrior, from_loop, slope, to_loop
+from hdprog.trend.wear_prior import WearPrior
+
+
+@dataclass(frozen=True)
+class Tangents:
+    """Draws on the tangents of the loops' ridges, with the tests' own numbers.
+
+    Attributes
+    ----------
+    states : (draws, tests, n) wear coordinates, scatter included
+    nuisances : (tests) of (draws, k)
+    """
+
+    states: FloatArray
+    nuisances: tuple[FloatArray, ...]
+
+    def rows(self, chosen: NDArray[np.intp]) -> Tangents:
+        """Keep some of the draws."""
+        return Tangents(self.states[chosen], tuple(own[chosen] for own in self.nuisances))
+
+    def turned(self, centre: Tangents, other: Tangents, angle: FloatArray) -> Tangents:
+        """Go along the ellipse through this and other draws about a centre, by angles (draws,)."""
+        cosine, sine = np.cos(angle), np.sin(angle)
+
+        def between(one: FloatArray, middle: FloatArray, further: FloatArray) -> FloatArray:
+            shape = (-1,) + (1,) * (one.ndim - 1)
+            along, across = cosine.reshape(shape), sine.reshape(shape)
+            return np.asarray(middle + along * (one - middle) + across * (further - middle))
+
+        each = zip(self.nuisances, centre.nuisances, other.nuisances, strict=True)
+        return Tangents(
+            between(self.states, centre.states, other.states),
+            tuple(between(*three) for three in each),
+        )
+
+
+class _Given:
+    """Standard normal numbers that were drawn before, row by row, in the order they are asked."""
+
+    def __init__(self, numbers: FloatArray) -> None:
+        self._numbers, self._next = numbers, 0
+
+    def standard_normal(self, shape: tuple[int, ...]) -> FloatArray:
+        draws = len(self._numbers)
+        width = int(np.prod(shape)) // draws
+        some = self._numbers[:, self._next : self._next + width]
+        self._next += width
+        by_row = shape[0] == draws
+        return np.asarray(some.reshape(shape) if by_row else some.T.reshape(shape))
+
+
+class _Counted:
+    """Counts how many standard normal numbers are asked for."""
+
+    count = 0
+
+    def standard_normal(self, shape: tuple[int, ...]) -> FloatArray:
+        self.count += int(np.prod(shape))
+        return np.zeros(shape)
+
+
+@dataclass(frozen=True)
+class _Test:
+    """One test: linearised, its ridge, its own numbers, and what it says exactly, if it does."""
+
+    loop: Linearised
+    point: FloatArray
+    ridge: RidgeMap
+    own: Nuisances
+    exact: ExactLikelihood | None
+
+    def log_ratio(self, tangent: FloatArray, own: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Log of this test's factor of w (draws,), and what the test met (draws, n)."""
+        if self.exact is None:
+            return np.zeros(len(tangent)), tangent
+        met, log_slope = self.ridge.onto_ridge(tangent)
+        off = tangent - self.point
+        steep = self.loop.information - self.loop.precision @ self.point
+        gaussian = off @ steep - 0.5 * np.einsum("di,ij,dj->d", off, self.loop.precision, off)
+        gaussian += self.own.log_density(off, own)
+        exact = self.exact.log_likelihood(to_loop(met), own) - 0.5 * np.sum(own**2, axis=1)
+        with np.errstate(invalid="ignore"):
+            ratio = exact + log_slope - gaussian
+        return np.where(np.isfinite(ratio), ratio, -np.inf), met
+
+
+@dataclass(frozen=True)
+class GaussianStep:
+    """The Gaussian step of a trend.
+
+    Attributes
+    ----------
+    tests : in order
+    seen : the tests as Gaussians
+    timeline : of the tests
+    state_prior, wear_prior : of the states
+    """
+
+    tests: tuple[_Test, ...]
+    seen: SeenTests
+    timeline: Timeline
+    state_prior: StatePrior
+    wear_prior: WearPrior
+
+    @staticmethod
+    def of(
+        tests: Sequence[LoopEvidence],
+        mode: JointMode,
+        timeline: Timeline,
+        state_prior: StatePrior,
+        wear_prior: WearPrior,
+        alpha: float,
+        softplus_scale: float,
+    ) -> GaussianStep:
+        """From tests that are linearised at the joint mode."""
+        found = []
+        for test, loop, point in zip(tests, mode.loops, mode.points, strict=True):
+            own = Nuisances.none(point.size)
+            if test.exact is not None:
+                own = test.exact.nuisances(to_loop(point))
+                own = replace(own, slope=own.slope * slope(point))
+            ridge = RidgeMap(point, alpha, softplus_scale)
+            found.append(_Test(loop, point, ridge, own, test.exact))
+        seen = SeenTests.of(mode.loops, tests, wear_prior)
+        return GaussianStep(tuple(found), seen, timeline, state_prior, wear_prior)
+
+    @property
+    def gaussian(self) -> bool:
+        """Whether linearised loops are all there is to know."""
+        return all(test.exact is None for test in self.tests)
+
+    def at(self, deviates: FloatArray) -> StepAt:
+        """Given hyperparameters' deviates (draws, k)."""
+        values = Hyperparameters.of(deviates, self.wear_prior)
+        steps = Steps.of(self.timeline, values, self.state_prior, self.wear_prior)
+        given = GivenMeasured.of(steps, values.scatter, self.seen.scales, self.seen.unknown_part)
+        return StepAt(self, given.predictor, values.scatter)
+
+    def numbers(self, deviates: FloatArray) -> int:
+        """How many standard normal numbers a draw takes."""
+        counted = _Counted()
+        self.at(deviates[:1])._states(cast("np.random.Generator", counted))
+        return counted.count + sum(test.own.mean.size for test in self.tests)
+
+
+@dataclass(frozen=True)
+class StepAt:
+    """The Gaussian step given hyperparameters, for many draws of them.
+
+    Attributes
+    ----------
+    step : whose it is
+    predictor : of what each test met
+    scatter : (draws,) of remounting
+    """
+
+    step: GaussianStep
+    predictor: Predictor
+    scatter: FloatArray
+
+    def rows(self, chosen: NDArray[np.intp]) -> StepAt:
+        """Keep some of the draws."""
+        return StepAt(self.step, self.predictor.rows(chosen), self.scatter[chosen])
+
+    def tangents(self, numbers: FloatArray) -> Tangents:
+        """Draws from standard normal numbers (draws, numbers); their centre from zeros."""
+        given = cast("np.random.Generator", _Given(numbers))
+        states = self._states(given)
+        own = []
+        for number, test in enumerate(self.step.tests):
+            deviates = given.standard_normal((len(numbers), test.own.mean.size))
+            own.append(test.own.draw(states[:, number] - test.point, deviates))
+        return Tangents(states, tuple(own))
+
+    def log_weight(self, tangents: Tangents) -> tuple[FloatArray, FloatArray]:
+        """Log w (draws,) up to a constant, and what the tests met (draws, tests, n)."""
+        met = np.empty_like(tangents.states)
+        weight = np.zeros(len(met))
+        each = zip(self.step.tests, tangents.nuisances, strict=True)
+        for number, (test, own) in enumerate(each):
+            ratio, met[:, number] = test.log_ratio(tangents.states[:, number], own)
+            weight += ratio
+        with np.errstate(all="ignore"):
+            met_square, tangent_square = self.predictor.squares(np.stack([met, tangents.states]))
+            weight += 0.5 * (tangent_square - met_square)
+        return np.where(np.isfinite(weight), weight, -np.inf), met
+
+    def _states(self, rng: np.random.Generator) -> FloatArray:
+        seen = self.step.seen
+        states, _ = draw(self.predictor.steps, seen.observations(), self.scatter, rng)
+        return seen.draw_measured(states, self.scatter, rng)

@@ -1,0 +1,75 @@
+"""From the tangent of a loop's ridge onto the ridge.
+
+A loop fixes a few combinations of its parameters sharply (see `ridge_coordinates`). A Gaussian in
+the parameters' own coordinates follows such a ridge along its tangent and leaves it after a short
+way: secant stiffness then scatters tens of times too far. In the ridge coordinates r the loop's
+likelihood is nearly Gaussian. A draw u, at r(x*) + R(u − x*) by the tangent, therefore stands for
+the x whose ridge coordinates are these: a map one to one, with a density.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
+from hdprog.physics.parameters import NAMES, FloatArray
+from hdprog.trend.wear_coordinates import from_loop, slope, to_loop
+
+_COUNT = len(NAMES)
+_DIFFERENCE = 1e-5
+
+
+@dataclass(frozen=True)
+class RidgeMap:
+    """The ridge of one loop around its point of linearisation.
+
+    Attributes
+    ----------
+    point : (n,) x*, in wear coordinates; amplitudes of effects behind the eight are no part of it
+    alpha : gear-tooth angle in rad
+    softplus_scale : scale in Nm of the coordinate of T_T
+    """
+
+    point: FloatArray
+    alpha: float
+    softplus_scale: float
+
+    def onto_ridge(self, tangent: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Wear coordinates of draws on the tangent.
+
+        Parameters
+        ----------
+        tangent : (draws, n)
+
+        Returns
+        -------
+        (draws, n) and (draws,) log |det| of their derivative, up to a constant; −inf, and the draw
+        itself, where no parameters lie on the ridge there
+        """
+        centre, derivative = self._ridge
+        if not np.isfinite(derivative).all():
+            # Teeth that are all met at no torque at all leave no ridge to follow.
+            return tangent, np.zeros(len(tangent))
+        with np.errstate(all="ignore"):
+            ridge = centre + (tangent[:, :_COUNT] - self.point[:_COUNT]) @ derivative.T
+            loop, log_slope = to_unconstrained(ridge, self.alpha, self.softplus_scale)
+            wear = from_loop(loop)
+            log_slope = log_slope - np.log(slope(wear)).sum(axis=1)
+        inside = np.isfinite(log_slope) & np.isfinite(wear).all(axis=1)
+        found = tangent.copy()
+        found[inside, :_COUNT] = wear[inside]
+        return found, np.where(inside, log_slope, -np.inf)
+
+    @cached_property
+    def _ridge(self) -> tuple[FloatArray, FloatArray]:
+        """Ridge coordinates (8,) of the point and their derivative (8, 8)."""
+        own = self.point[:_COUNT]
+        shift = _DIFFERENCE * np.eye(_COUNT)
+        around = np.concatenate([own[None], own + shift, own - shift])
+        with np.errstate(all="ignore"):
+            flat = from_unconstrained(to_loop(around), self.alpha, self.softplus_scale)
+            derivative = (flat[1 : _COUNT + 1] - flat[_COUNT + 1 :]) / (2 * _DIFFERENCE)
+        return flat[0], derivative.T

@@ -1,0 +1,43 @@
+"""Draws on the tangent of a loop's ridge go onto it, one to one; where there is none, they stay."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hdprog.trend.ridge_map import RidgeMap
+from hdprog.trend.wear_coordinates import from_loop
+from tests.trend.stand_in import ALPHA, NEW, PRIOR
+
+
+def ridge_map(point: np.ndarray) -> RidgeMap:
+    return RidgeMap(point, ALPHA, PRIOR.softplus_scale)
+
+
+def test_the_point_itself_stays() -> None:
+    point = from_loop(NEW)
+    found, _ = ridge_map(point).onto_ridge(point[None])
+    assert found[0] == pytest.approx(point, abs=1e-8)
+
+
+def test_the_density_is_that_of_its_derivative() -> None:
+    bend = ridge_map(from_loop(NEW))
+    tangent = from_loop(NEW) + 0.1 * np.random.default_rng(1).standard_normal((30, 8))
+    _, log_slope = bend.onto_ridge(tangent)
+    inside = np.isfinite(log_slope)
+    assert inside.sum() > 20
+    step, here = 1e-5, bend.onto_ridge(from_loop(NEW)[None])[1][0]
+    for one, expected in zip(tangent[inside], log_slope[inside], strict=True):
+        near = np.concatenate([one + step * np.eye(8), one - step * np.eye(8)])
+        moved, _ = bend.onto_ridge(near)
+        derivative = (moved[:8] - moved[8:]) / (2 * step)
+        assert np.linalg.slogdet(derivative)[1] == pytest.approx(expected - here, abs=1e-4)
+
+
+def test_without_teeth_to_meet_draws_stay_where_they_are() -> None:
+    nowhere = from_loop(NEW)
+    nowhere[3], nowhere[4] = 69.0, -324.0  # b and T_T of a drive that healed without end
+    tangent = nowhere + 0.1 * np.random.default_rng(2).standard_normal((20, 8))
+    found, log_slope = ridge_map(nowhere).onto_ridge(tangent)
+    assert np.array_equal(found, tangent)
+    assert not log_slope.any()
