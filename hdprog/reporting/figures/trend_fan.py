@@ -75,9 +75,9 @@ def trend_fan(trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult
         shows=(
             f"{capital(named.name)}: {named.meaning}. Points with bars are the tests, each by"
             f" itself{as_if_at(trend.reference_C)} (median, 90 %); the fan is the drive's state and"
-            " its forecast without the scatter of remounting (dark 50 %, pale 90 %). The hill on the limit line is the"
-            " density of the hour at which it is passed; the bar spans 90 % of it, the diamond is"
-            " its middle."
+            " its forecast without the scatter of remounting (dark 50 %, pale 90 %). The hill on"
+            " the limit line is the density of the hour at which it is passed; the bar spans 90 %"
+            " of it, the diamond is its middle."
         ),
         good="the points scatter about the fan by about their own bars; the fan stays clear of"
         " the limit.",
