@@ -27,7 +27,7 @@ def temperature_words(trend: TrendSummary, keys: Sequence[str]) -> str:
             f"or take {grouped(found.spread_K, 0)} K"
         )
     moved = [_moved(key, found) for key in dict.fromkeys(keys) if key in found.percent_per_10K]
-    return f"{text}. 10 K more change {listed(moved)}." if moved else f"{text}."
+    return f"{text}. What 10 K more change: {listed(moved)}." if moved else f"{text}."
 
 
 def _moved(key: str, found: TemperatureEffect) -> str:

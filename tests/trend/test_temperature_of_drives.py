@@ -12,7 +12,6 @@ from scipy.stats import binom
 from hdprog.config import Drive, ForecastSettings, Limit
 from hdprog.forecast.scores import sample_crps
 from hdprog.physics.figures import FigureRequest, Operation
-from hdprog.physics.parameters import NAMES
 from hdprog.results import TrendSummary
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
@@ -23,13 +22,11 @@ from hdprog.trend.trend import Trend
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import Information, StatePrior, from_loop, slope, to_loop
 from hdprog.trend.wear_prior import read_wear_prior
-from tests.trend.stand_in import ALPHA, NEW, PRIOR, WEAR, SimulatedLoop, simulated_loop
+from tests.trend.cold_and_hot import CHANGE, COLD_AND_HOT, HOURS, MU, REACHED, drive
+from tests.trend.stand_in import ALPHA, NEW, PRIOR, WEAR
 
 WEAR_PRIOR = read_wear_prior()
 STATE = StatePrior.of(PRIOR, WEAR_PRIOR)
-HOURS = np.array([0.0, 500.0, 1000.0, 1500.0, 2000.0, 2500.0])
-COLD_AND_HOT = (15.0, 35.0) * 3
-MU = NAMES.index("mu")
 OPERATION = Operation(ALPHA, 63.0, 63.0)
 WIDTH = FigureRequest("hysteresis_width_arcmin")
 READ = 0.004  # error of a reading in each wear coordinate
@@ -129,20 +126,7 @@ def test_friction_is_known_better_than_without_temperature(scores: np.ndarray) -
 
 # Real loops through fit and trend.
 
-REACHED = (HOURS / 3500.0) ** 0.8
-CHANGE = -0.10  # of the logarithm of friction in 10 K
 HOT = 3  # a hot test
-
-
-def drive(temperatures: Sequence[float | None]) -> list[SimulatedLoop]:
-    """First loops of a drive that is cold and hot in turn, whatever is told of it."""
-    rng = np.random.default_rng(4)
-    tests = []
-    for hours, worn, warm, told in zip(HOURS, REACHED, COLD_AND_HOT, temperatures, strict=False):
-        friction = CHANGE * (warm - 25.0) / 10.0 * np.eye(8)[MU]
-        mounted = NEW + WEAR * worn + friction + 0.008 * rng.standard_normal(8)
-        tests.append(simulated_loop(float(hours), mounted, rng, temperature_C=told))
-    return tests
 
 
 def fitted(temperatures: Sequence[float | None]) -> Trend:

@@ -59,5 +59,5 @@ def test_the_change_by_temperature_is_found(made: tuple[Path, dict[str, Any]]) -
 def test_the_report_says_it(made: tuple[Path, dict[str, Any]]) -> None:
     report = re.sub(r"\s+", " ", (made[0] / "report.html").read_text("utf-8"))
     assert "told at 23 °C, the mean of the tests; 1 test without a temperature" in report
-    assert "10 K more change" in report
+    assert "What 10 K more change: lost motion by" in report
     assert "each by itself as it would be at 23 °C" in report
