@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
+from hdprog.errors import BadInputError
+from hdprog.shipped import shipped
 from hdprog.trend.relinearise import JointPrior
 from hdprog.trend.smoother import draw, log_evidence, per_step_of_warmth, smooth
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.temperature import SeenTests, Temperatures
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import Information, StatePrior
-from hdprog.trend.wear_prior import read_wear_prior
+from hdprog.trend.wear_prior import FILE, read_wear_prior
 
 COUNT, DRAWS = 8, 3
 WEAR_PRIOR = read_wear_prior()
@@ -257,3 +260,27 @@ def test_the_reference_is_the_mean_of_those_that_are_given() -> None:
     assert found.reference_C == pytest.approx(23.5)
     np.testing.assert_allclose(found.warmth, [-0.85, 0.0, -0.35, 0.75, 0.0, 0.45])
     np.testing.assert_array_equal(found.unknown, [False, True, False, False, True, False])
+
+
+def test_amplitudes_of_effects_have_their_own_entry() -> None:
+    followed = WEAR_PRIOR.following(2)
+    effect = WEAR_PRIOR.temperature["effect"]
+    np.testing.assert_array_equal(followed.warmer_sd[:COUNT], WEAR_PRIOR.warmer_sd)
+    assert followed.warmer_mean[COUNT:].tolist() == [effect.mean] * 2
+    assert followed.warmer_sd[COUNT:].tolist() == [effect.sd] * 2
+
+
+def test_what_temperature_does_leaves_the_deviates_of_a_fleet_comparable() -> None:
+    changed = WEAR_PRIOR.temperature | {"mu": WEAR_PRIOR.temperature["c"]}
+    other = WEAR_PRIOR.model_copy(update={"temperature": changed})
+    assert other.identity == WEAR_PRIOR.identity
+
+
+def test_a_wear_prior_without_an_entry_is_refused(tmp_path: Path) -> None:
+    shipped_text = (shipped("priors") / FILE).read_text("utf-8")
+    before, _, after = shipped_text.partition("[temperature]")
+    lines = [line for line in after.splitlines() if not line.startswith("effect =")]
+    path = tmp_path / FILE
+    path.write_text(before + "\n".join(["[temperature]", *lines]), "utf-8")
+    with pytest.raises(BadInputError, match="no entry for effect"):
+        read_wear_prior(path)
