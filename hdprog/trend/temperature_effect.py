@@ -12,7 +12,7 @@ from hdprog.results import LEVELS, TemperatureEffect
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.smoother import draw, per_step_of_warmth
 from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
-from hdprog.trend.temperature import STEP_K, SeenTests, Temperatures
+from hdprog.trend.temperature import STEP_K, SeenTests, Temperatures, Warming
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_coordinates import StatePrior, from_loop, to_loop
 
@@ -48,11 +48,12 @@ def warmth_added(trend: Trend, rng: np.random.Generator, draws: int) -> FloatArr
     Of a test of unknown temperature it is its prior. None where temperature does not count.
     """
     timeline, _ = Timeline.of(trend.tests, trend.clock, trend.wear_prior)
+    if timeline.temperatures is None:
+        return None
     values = Hyperparameters.of(trend.draws.thinned(draws, rng), trend.wear_prior)
     state_prior = StatePrior.of(trend.prior, trend.wear_prior)
     steps = Steps.of(timeline, values, state_prior, trend.wear_prior)
-    if steps.warming is None:
-        return None
+    warming = Warming.of(timeline.temperatures, timeline.begins, trend.wear_prior)
     seen = SeenTests.of(trend.mode.loops, trend.tests, trend.wear_prior)
     first = np.flatnonzero(steps.begins).tolist()
     added = []
@@ -61,8 +62,8 @@ def warmth_added(trend: Trend, rng: np.random.Generator, draws: int) -> FloatArr
         observed = seen.observations(np.arange(end))
         _, carried = draw(steps.upto(end), observed, values.scatter, rng)
         warmer = per_step_of_warmth(steps, carried)
-        doubt = np.sqrt(steps.warming.doubt[start:end])
-        warmth = steps.warming.warmth[start:end] + doubt * rng.standard_normal((draws, end - start))
+        doubt = np.sqrt(warming.doubt[start:end])
+        warmth = warming.warmth[start:end] + doubt * rng.standard_normal((draws, end - start))
         added.append(warmth[..., None] * warmer[:, None])
     return np.concatenate(added, axis=1)
 

@@ -18,6 +18,7 @@ from hdprog.trend.fitting import fit_trend
 from hdprog.trend.smoother import draw, per_step_of_warmth, simulate
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.temperature import SeenTests
+from hdprog.trend.temperature_effect import temperature_effect, warmth_added
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import Information, StatePrior, from_loop, slope, to_loop
@@ -222,6 +223,11 @@ def test_equal_temperatures_leave_every_number_as_it_is() -> None:
     assert np.array_equal(
         none.measured(np.random.default_rng(2), 50), same.measured(np.random.default_rng(2), 50)
     )
+    rng = np.random.default_rng(3)
+    before = rng.bit_generator.state
+    assert warmth_added(same, rng, 10) is None
+    assert temperature_effect(same, [WIDTH], OPERATION, rng, 10) is None
+    assert rng.bit_generator.state == before  # what is drawn after them stays as it was
     one, other = _summary(none), _summary(same)
     assert one.temperature is None
     assert other.temperature is None
