@@ -234,3 +234,15 @@ def test_equal_temperatures_leave_every_number_as_it_is() -> None:
     assert np.array_equal(
         one.figures[WIDTH.key].test_quantiles, other.figures[WIDTH.key].test_quantiles
     )
+
+
+def test_a_replaced_drive_has_a_change_of_its_own(trend: Trend) -> None:
+    """Tests of one drive share their draws of it, those of two do not."""
+    tests = list(trend.tests)
+    tests[HOT] = replace(tests[HOT], event="replaced")
+    added = warmth_added(replace(trend, tests=tuple(tests)), np.random.default_rng(1), 200)
+    assert added is not None
+    warmer = added[..., MU] / ((np.array(COLD_AND_HOT) - 25.0) / 10.0)
+    spread = np.ptp(np.stack([warmer[:, :HOT], warmer[:, HOT:]], axis=1), axis=-1)
+    assert spread.max() < 1e-12
+    assert abs(np.corrcoef(warmer[:, 0], warmer[:, -1])[0, 1]) < 0.25  # 4e-4 by chance
