@@ -24,8 +24,8 @@ from hdprog.results import (
     ParameterSummary,
     Provenance,
     Sensitivity,
-    TestResult,
     TemperatureEffect,
+    TestResult,
     TrendSummary,
     WearSaid,
 )
@@ -229,12 +229,11 @@ def _trend(trend: TrendSummary) -> dict[str, Any]:
 
 
 def _temperature(found: TemperatureEffect) -> dict[str, Any]:
-    moved = found.percent_per_10K
     return {
         "reference_C": number(found.reference_C),
         "spread_K": number(found.spread_K),
         "tests_without": found.unknown,
-        "percent_per_10K": {key: quantiles(levels) for key, levels in moved.items()},
+        "percent_per_10K": {n: quantiles(v) for n, v in found.percent_per_10K.items()},
     }
 
 

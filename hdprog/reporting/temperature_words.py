@@ -9,9 +9,9 @@ from hdprog.reporting.words import agree, counted, listed, quantity
 from hdprog.results import TemperatureEffect, TrendSummary
 
 
-def degrees(temperature_C: float) -> str:
-    """Write a temperature with its unit."""
-    return f"{grouped(temperature_C, 0)} °C"
+def as_if_at(reference_C: float | None) -> str:
+    """Say of a test by itself at what temperature it is told, where that is not its own."""
+    return "" if reference_C is None else f" as it would be at {_degrees(reference_C)}"
 
 
 def temperature_words(trend: TrendSummary, keys: Sequence[str]) -> str:
@@ -19,7 +19,7 @@ def temperature_words(trend: TrendSummary, keys: Sequence[str]) -> str:
     found = trend.temperature
     if found is None:
         return ""
-    text = f"Trend and forecast are told at {degrees(found.reference_C)}, the mean of the tests"
+    text = f"Trend and forecast are told at {_degrees(found.reference_C)}, the mean of the tests"
     if found.unknown:
         taken = agree(found.unknown, "is", "are")
         text += (
@@ -27,10 +27,14 @@ def temperature_words(trend: TrendSummary, keys: Sequence[str]) -> str:
             f"or take {grouped(found.spread_K, 0)} K"
         )
     moved = [_moved(key, found) for key in dict.fromkeys(keys) if key in found.percent_per_10K]
-    return f"{text}. 10 K more change {listed(moved)}." if moved else f"{text}."
+    return f"{text}. What 10 K more change: {listed(moved)}." if moved else f"{text}."
 
 
 def _moved(key: str, found: TemperatureEffect) -> str:
     levels = found.percent_per_10K[key]
     low, middle, high = interval(levels[0.05], levels[0.50], levels[0.95])
     return f"{quantity(key).name} by {middle} % (90 %: {low} to {high} %)"
+
+
+def _degrees(temperature_C: float) -> str:
+    return f"{grouped(temperature_C, 0)} °C"

@@ -13,7 +13,7 @@ from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.given_measured import GivenMeasured
 from hdprog.trend.smoother import per_step_of_warmth
 from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
-from hdprog.trend.temperature import STEP_K, SeenTests, Temperatures
+from hdprog.trend.temperature import STEP_K, SeenTests, Temperatures, Warming
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_coordinates import StatePrior, from_loop, to_loop
 
@@ -49,12 +49,13 @@ def warmth_added(trend: Trend, rng: np.random.Generator, draws: int) -> FloatArr
     Of a test of unknown temperature it is its prior. None where temperature does not count.
     """
     timeline, _ = Timeline.of(trend.tests, trend.clock, trend.wear_prior)
+    if timeline.temperatures is None:
+        return None
     met = trend.met.thinned(draws, rng)
     values = Hyperparameters.of(met.deviates, trend.wear_prior)
     state_prior = StatePrior.of(trend.prior, trend.wear_prior)
     steps = Steps.of(timeline, values, state_prior, trend.wear_prior)
-    if steps.warming is None:
-        return None
+    warming = Warming.of(timeline.temperatures, timeline.begins, trend.wear_prior)
     seen = SeenTests.of(trend.mode.loops, trend.tests, trend.wear_prior)
     given = GivenMeasured.of(steps, values.scatter, seen.scales, seen.unknown_part)
     first = np.flatnonzero(steps.begins).tolist()
@@ -63,8 +64,8 @@ def warmth_added(trend: Trend, rng: np.random.Generator, draws: int) -> FloatArr
     for start, end in zip(first, [*first[1:], len(trend.tests)], strict=True):
         _, carried = given.draw_behind(met.measured, steps.upto(end), np.arange(end), rng)
         warmer = per_step_of_warmth(steps, carried)
-        doubt = np.sqrt(steps.warming.doubt[start:end])
-        warmth = steps.warming.warmth[start:end] + doubt * rng.standard_normal((draws, end - start))
+        doubt = np.sqrt(warming.doubt[start:end])
+        warmth = warming.warmth[start:end] + doubt * rng.standard_normal((draws, end - start))
         added.append(warmth[..., None] * warmer[:, None])
     return np.concatenate(added, axis=1)
 

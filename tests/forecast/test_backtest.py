@@ -30,6 +30,7 @@ from hdprog.forecast.what_came import (
 )
 from hdprog.physics.figures import Operation
 from hdprog.trend.wear_prior import read_wear_prior
+from tests.trend import cold_and_hot
 from tests.trend.stand_in import ALPHA, PRIOR, wearing_drive
 
 OPERATION = Operation(ALPHA, 63.0, 63.0)
@@ -174,6 +175,29 @@ def test_spread_of_the_mounting_and_of_the_test_is_in_the_prediction(origin: Ori
     nearest = next(found for found in origin.figures if found.key == SECANT.key)
     width = nearest.quantiles[0.95] - nearest.quantiles[0.05]
     assert width > 0.01 * nearest.measured
+
+
+def test_a_later_test_is_predicted_as_warm_as_it_was() -> None:
+    """Of a drive whose friction falls by a tenth in 10 K; the last test was hot."""
+    width = Limit("hysteresis_width_arcmin", 0.2, "below")
+    drive = Drive(limits=(width,), forecast=ForecastSettings(10_000.0))
+    tests = cold_and_hot.drive(cold_and_hot.COLD_AND_HOT)
+    seen = [seen_test(f"t{n}", one, [width], PRIOR, OPERATION) for n, one in enumerate(tests)]
+    assert seen[-1].temperature_C == 35.0
+    predicted = []
+    for warm in (35.0, 15.0, None):
+        told = [*seen[:-1], dataclasses.replace(seen[-1], temperature_C=warm)]
+        seed, wear = np.random.SeedSequence(3), read_wear_prior()
+        scored = score_origin(
+            tests[:-1], told, drive, PRIOR, wear, OPERATION, None, seed, quick=True
+        )
+        predicted.append(scored.figures[0])
+    hot, cold, unknown = predicted
+    # The same forecast, told at other temperatures: 20 K are a fifth of the width.
+    assert hot.quantiles[0.5] == pytest.approx(0.82 * cold.quantiles[0.5], rel=0.05)
+    assert hot.crps < min(cold.crps, unknown.crps)
+    spread = [one.quantiles[0.95] - one.quantiles[0.05] for one in predicted]
+    assert spread[2] > max(spread[:2])
 
 
 def test_a_crossing_behind_the_origin_is_not_forecast() -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -177,6 +177,8 @@ def write_drive(
     drive_id: str | None = None,
     model: str | None = "CSF-25-80",
     chain: Callable[[np.random.Generator], MeasurementChain] | None = None,
+    temperatures: Sequence[float] | None = None,
+    friction_by_10_kelvin: float = 0.0,
 ) -> dict[str, object]:
     """Write a drive folder: drive.toml, tests.csv, loops/*.csv and truth.json.
 
@@ -201,6 +203,10 @@ def write_drive(
         Written into drive.toml unless None.
     chain
         Draws the sensors of a test; the paper's rig with a random angle zero where not given.
+    temperatures
+        Of the tests [°C], whose number they set; drawn about 23 °C where not given.
+    friction_by_10_kelvin
+        Change of the logarithm of the friction coefficient for every 10 K above 23 °C.
 
     Returns
     -------
@@ -211,7 +217,7 @@ def write_drive(
     while not life.limits:
         life = random_wear(rng, life.law, float(life.hours[-1]))
     horizon = float(life.hours[-1])
-    count = int(rng.integers(8, 13))
+    count = int(rng.integers(8, 13)) if temperatures is None else len(temperatures)
     gaps = rng.gamma(2.5, size=count - 1)
     last = float(rng.uniform(0.5, 0.8)) * horizon
     service = np.round(np.concatenate(([0.0], np.cumsum(gaps) / gaps.sum())) * last, 1)
@@ -227,6 +233,9 @@ def write_drive(
         exact = life.parameters(hour)
         spread = {"K_F": 0.004, "K_W": 0.006, "b": 0.012, "T_T": 0.008, "T_i": 0.012, "mu": 0.025}
         mounted = scatter(exact, {name: remounting * sd for name, sd in spread.items()}, rng)
+        if temperatures is not None:
+            warmer = math.exp(friction_by_10_kelvin * (temperatures[index] - 23.0) / 10.0)
+            mounted = _scaled(mounted, {"mu": warmer})
         reach = float(rng.choice((63.0, 80.0, 100.0)))
         segments = programme("two-sided", reach, float(rng.uniform(10.0, 40.0)), rng)
         grown = (0.2 + 0.8 * index / (count - 1)) if growing_effects else 1.0
@@ -244,7 +253,8 @@ def write_drive(
         file = f"loops/{test_id}.csv"
         write_csv(record, folder / file)
         date = (began + timedelta(hours=1.7 * hour)).date().isoformat()
-        temperature = 23.0 + 2.0 * rng.standard_normal()
+        drawn = 23.0 + 2.0 * rng.standard_normal()
+        temperature = drawn if temperatures is None else temperatures[index]
         load = "," if index == 0 else f"{rng.uniform(40.0, 63.0):.1f},{rng.uniform(800, 2000):.0f}"
         lines.append(f"{test_id},{file},{hour:.1f},{date},{temperature:.1f},,,{load}")
         tests.append(

@@ -26,7 +26,7 @@ from hdprog.reporting.style import (
     new_figure,
     picture,
 )
-from hdprog.reporting.temperature_words import degrees
+from hdprog.reporting.temperature_words import as_if_at
 from hdprog.reporting.words import (
     capital,
     figure_interval,
@@ -74,10 +74,10 @@ def trend_fan(trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult
         alt=_alt(measured, forecast, limit),
         shows=(
             f"{capital(named.name)}: {named.meaning}. Points with bars are the tests, each by"
-            f" itself{_told_at(trend)} (median, 90 %); the fan is the drive's state and its forecast without the"
-            " scatter of remounting (dark 50 %, pale 90 %). The hill on the limit line is the"
-            " density of the hour at which it is passed; the bar spans 90 % of it, the diamond is"
-            " its middle."
+            f" itself{as_if_at(trend.reference_C)} (median, 90 %); the fan is the drive's state and"
+            " its forecast without the scatter of remounting (dark 50 %, pale 90 %). The hill on"
+            " the limit line is the density of the hour at which it is passed; the bar spans 90 %"
+            " of it, the diamond is its middle."
         ),
         good="the points scatter about the fan by about their own bars; the fan stays clear of"
         " the limit.",
@@ -87,11 +87,6 @@ def trend_fan(trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult
         " the interval.",
         data=trend_numbers(trend, forecast),
     )
-
-
-def _told_at(trend: FigureTrend) -> str:
-    at = trend.reference_C
-    return "" if at is None else f" as it would be at {degrees(at)}"
 
 
 def _converted(trend: FigureTrend, factor: float) -> FigureTrend:

@@ -1,0 +1,117 @@
+"""Sampling all loops with the trend gives the posterior of the whole model, and weights do too.
+
+The reference samples what two tests met directly, 16 numbers under fixed hyperparameters: the
+dense Gaussian of the trend times the loops' own likelihoods, by emcee's moves, without the Gaussian
+step, its ellipses or its weights.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
+from hdprog.trend import joint_refit
+from hdprog.trend.gaussian_step import GaussianStep
+from hdprog.trend.hyperparameters import HyperparameterDraws
+from hdprog.trend.joint_refit import Effort, Met, met_by_tests
+from hdprog.trend.relinearise import JointPrior, joint_mode
+from hdprog.trend.ridge_map import RidgeMap
+from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
+from hdprog.trend.wear_clock import ServiceClock
+from hdprog.trend.wear_coordinates import StatePrior, from_loop, slope, to_loop
+from hdprog.trend.wear_prior import read_wear_prior
+from tests.trend.stand_in import ALPHA, NEW, PRIOR, WEAR, SimulatedLoop, wearing_drive
+
+WEAR_PRIOR = read_wear_prior()
+STATE_PRIOR = StatePrior.of(PRIOR, WEAR_PRIOR)
+FIXED = np.zeros((1, len(HYPERPARAMETERS)))
+LONG = Effort(600, 600, 0.0)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Two tests, the trend between them, and the Gaussian step."""
+
+    tests: list[SimulatedLoop]
+    prior: JointPrior
+    start: np.ndarray
+    step: GaussianStep
+
+    def log_density(self, ridge: np.ndarray) -> np.ndarray:
+        """Of ridge coordinates (draws, 16): walkers get along in them."""
+        points, density = self.points(ridge)
+        off = (points - self.prior.mean).reshape(len(ridge), -1)
+        density = density - 0.5 * np.einsum("di,ij,dj->d", off, self.prior.precision, off)
+        for number, test in enumerate(self.tests):
+            density = density + test.log_likelihood(to_loop(points[:, number]))
+        return np.where(np.isfinite(density), density, -np.inf)
+
+    def points(self, ridge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        loop, jacobian = to_unconstrained(ridge.reshape(-1, 8), ALPHA, PRIOR.softplus_scale)
+        with np.errstate(all="ignore"):
+            wear = from_loop(loop)
+            jacobian = jacobian - np.log(slope(wear)).sum(axis=1)
+        shape = (len(ridge), len(self.tests))
+        return wear.reshape(*shape, 8), jacobian.reshape(shape).sum(axis=1)
+
+
+def fixed_draws() -> HyperparameterDraws:
+    chains = np.tile(FIXED, (4, 100, 24, 1))
+    return HyperparameterDraws(chains, 1.0, 1e4, 1e4, converged=True)
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    hours = np.array([0.0, 1500.0])
+    tests = wearing_drive(np.random.default_rng(4), np.array([0.6, 0.9]), hours)
+    timeline, _ = Timeline.of(tests, ServiceClock.of(tests), WEAR_PRIOR)
+    values = Hyperparameters.of(FIXED, WEAR_PRIOR)
+    steps = Steps.of(timeline, values, STATE_PRIOR, WEAR_PRIOR)
+    prior = JointPrior.of(steps, float(values.scatter[0]), WEAR_PRIOR.scales)
+    mode = joint_mode(tests, from_loop(np.tile(NEW + 0.7 * WEAR, (2, 1))), prior)
+    step = GaussianStep.of(
+        tests, mode, timeline, STATE_PRIOR, WEAR_PRIOR, ALPHA, PRIOR.softplus_scale
+    )
+    return Problem(tests, prior, mode.points, step)
+
+
+def sampled(problem: Problem) -> Met:
+    """Joint draws, long enough that means are known to 0.03 and spreads to 0.02 of a spread."""
+    found = met_by_tests(problem.step, fixed_draws(), np.random.default_rng(1), LONG)
+    assert found.sampled
+    return found
+
+
+@pytest.fixture(scope="module")
+def reference(problem: Problem) -> np.ndarray:
+    """(draws, 16) by walkers that start from half the spread of the ridge's own draws."""
+    from emcee import EnsembleSampler
+    from emcee.moves import DEMove
+
+    rng = np.random.default_rng(2)
+    at = problem.step.at(np.repeat(FIXED, 96, axis=0))
+    numbers = 0.5 * rng.standard_normal((96, problem.step.numbers(FIXED)))
+    points = at.log_weight(at.tangents(numbers))[1].reshape(-1, 8)
+    start = from_unconstrained(to_loop(points), ALPHA, PRIOR.softplus_scale).reshape(96, -1)
+    sampler = EnsembleSampler(96, 16, problem.log_density, moves=DEMove(), vectorize=True)
+    sampler.random_state = np.random.RandomState(3).get_state()  # noqa: NPY002 - as emcee wants it
+    sampler.run_mcmc(start, 5000)
+    points, _ = problem.points(sampler.get_chain(discard=1500, thin=5, flat=True))
+    return points.reshape(len(points), -1)
+
+
+def shifts_and_ratios(found: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    spread = reference.std(axis=0)
+    shift = (found.mean(axis=0) - reference.mean(axis=0)) / spread
+    return np.abs(shift), found.std(axis=0) / spread
+
+
+def test_it_is_the_posterior_of_the_whole_model(problem: Problem, reference: np.ndarray) -> None:
+    found = sampled(problem).measured
+    shift, ratio = shifts_and_ratios(found.reshape(len(found), -1), reference)
+    assert shift.max() < 0.1
+    assert ratio.min() > 0.95
+    assert ratio.max() < 1.05
