@@ -41,7 +41,7 @@ class GivenMeasured:
             each = np.broadcast_to(precision[:, None], (len(scatter), tests, *precision.shape[1:]))
             return GivenMeasured(steps, each)
         whole = variance[:, None, :, None] * np.eye(scales.size) + unknown_part
-        return GivenMeasured(steps, np.linalg.inv(whole))
+        return GivenMeasured(steps, np.asarray(np.linalg.inv(whole)))
 
     @cached_property
     def predictor(self) -> Predictor:

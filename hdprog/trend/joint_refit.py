@@ -120,7 +120,8 @@ def _sampled(chains: _Chains, pareto_k: float, effort: Effort) -> Met:
     """Run until the draws may be trusted, or to the bound."""
     for _ in range(_WARM_UP):
         chains.sweep()
-    deviates, measured = [], []
+    deviates: list[FloatArray] = []
+    measured: list[FloatArray] = []
     sweeps = effort.sweeps
     while True:
         for number in range(len(deviates) * _EVERY, sweeps):
@@ -134,9 +135,7 @@ def _sampled(chains: _Chains, pareto_k: float, effort: Effort) -> Met:
         sweeps *= 2
 
 
-def _diagnosed(
-    deviates: FloatArray, measured: FloatArray, pareto_k: float, wanted: float
-) -> Met:
+def _diagnosed(deviates: FloatArray, measured: FloatArray, pareto_k: float, wanted: float) -> Met:
     """Put together (kept, chains, …), judged by hyperparameters and by what the last test met."""
     both = np.concatenate([deviates, measured[:, :, -1]], axis=-1)
     folded = both.reshape(len(both), _GROUPS, _CHAINS, -1).swapaxes(0, 1)

@@ -101,7 +101,7 @@ class FittedLoop:
             step = np.linalg.solve(precision, pull)
             scores = scores + np.clip(step, -_LARGEST_STEP, _LARGEST_STEP)
         cross = beside.T @ derivative[:, columns] / self.variance
-        return Nuisances(scores, -np.linalg.solve(precision, cross), precision)
+        return Nuisances(scores, np.asarray(-np.linalg.solve(precision, cross)), precision)
 
     def log_likelihood(self, coordinates: FloatArray, nuisances: FloatArray) -> FloatArray:
         """(draws,) log L at coordinates and amplitudes (draws, n) and nuisances (draws, k)."""

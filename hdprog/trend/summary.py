@@ -17,6 +17,7 @@ from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fleet import Said
 from hdprog.trend.followed_effects import FollowedEffects
+from hdprog.trend.joint_refit import Met
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters
 from hdprog.trend.temperature_effect import cooled, temperature_effect, warmth_added
 from hdprog.trend.trend import Trend
@@ -123,6 +124,7 @@ def summarise(
             "ess_bulk": trend.draws.ess_bulk,
             "ess_tail": trend.draws.ess_tail,
             "linearisation_steps": float(trend.mode.steps),
+            **_exactness(trend.met),
         },
         converged=trend.converged,
         warnings=(*trend.warnings, *remarks),
@@ -163,6 +165,12 @@ def mismatches(key: str, own: Sequence[FloatArray], joint: FloatArray) -> list[s
         f"The trend does not reproduce {key} of test {', '.join(tests)} (at worst it has "
         f"{worst[1]}): read the forecast of {key} with care."
     ]
+
+
+def _exactness(met: Met) -> dict[str, float]:
+    """How far the Gaussian step was from the loops, and how well they were sampled with it."""
+    found = {"pareto_k": met.pareto_k, "joint_rhat": met.rhat, "joint_ess": met.ess}
+    return {name: value for name, value in found.items() if value is not None}
 
 
 def _fleet_share(trend: Trend, said: Said) -> FleetShare | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hdprog.reporting.effect_words import effect_name
@@ -180,8 +181,22 @@ def _trend(trend: TrendSummary) -> str:
             " What 10 K change in each parameter is a Gaussian that the tests, which differ in "
             "temperature, narrow."
         )
+    told += _exactness(trend.diagnostics)
     doubt = "" if trend.converged else " The trend did not converge: its numbers are provisional."
     return f"{trend.model.rstrip('.')}.{told}{doubt}"
+
+
+def _exactness(diagnostics: Mapping[str, float]) -> str:
+    k = diagnostics.get("pareto_k")
+    if k is None:
+        return ""
+    step = f" A Gaussian near the joint mode stands for every loop at first (Pareto k {k:.2f})"
+    if "joint_rhat" not in diagnostics:
+        return step + "; its draws are weighted by the loops' own likelihoods."
+    return (
+        step + "; all loops and the trend were then sampled together by their own likelihoods "
+        f"(R-hat {diagnostics['joint_rhat']:.3f}, {diagnostics['joint_ess']:.0f} effective draws)."
+    )
 
 
 def _forecast(result: DriveResult) -> str:
