@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hdprog.physics.parameters import FloatArray
-from hdprog.trend.smoother import RATE, RUNNING_IN
+from hdprog.trend.kalman_filter import RATE, RUNNING_IN
 from hdprog.trend.state_space import Steps
 from hdprog.trend.wear_prior import RateAhead
 

@@ -24,8 +24,8 @@ from hdprog.trend.hyperparameters import (
 from hdprog.trend.joint_refit import FULL as JOINT_FULL
 from hdprog.trend.joint_refit import QUICK as JOINT_QUICK
 from hdprog.trend.joint_refit import Met, met_by_tests
+from hdprog.trend.kalman_filter import log_evidence
 from hdprog.trend.relinearise import JointMode, JointPrior, joint_mode, moved
-from hdprog.trend.smoother import log_evidence
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.temperature import SeenTests
 from hdprog.trend.trend import Trend

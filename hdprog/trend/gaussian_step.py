@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.evidence import Linearised, LoopEvidence
 from hdprog.trend.exact_likelihood import ExactLikelihood, Nuisances
-from hdprog.trend.given_measured import GivenMeasured
+from hdprog.trend.given_measured import GivenMeasured, Predictor
 from hdprog.trend.relinearise import JointMode
 from hdprog.trend.ridge_map import RidgeMap
-from hdprog.trend.smoother import Predictor, draw
+from hdprog.trend.smoother import draw
 from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
 from hdprog.trend.temperature import SeenTests
 from hdprog.trend.wear_coordinates import StatePrior, slope, to_loop

@@ -9,8 +9,70 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdprog.physics.parameters import FloatArray
-from hdprog.trend.smoother import Predictor, correct, simulate
+from hdprog.trend.kalman_filter import Kept, carried_at_first, carries_of, run_filter
+from hdprog.trend.smoother import correct, simulate
 from hdprog.trend.state_space import Steps
+
+
+@dataclass(frozen=True)
+class Predictor:
+    """Prediction of each test from those before it, for courses that were met exactly.
+
+    Spreads hang on the tests' precisions alone: once known, a course costs a few products.
+
+    Attributes
+    ----------
+    steps : of every draw
+    carries : (times) of (draws, n, k) how x moves by what it carries
+    gain : (times) of (draws, n, n) inverse covariance of what a test shows beyond its prediction
+    xx, cx : (times) of (draws, n, n) and (draws, k, n), predicted covariances
+    """
+
+    steps: Steps
+    carries: tuple[FloatArray, ...]
+    gain: tuple[FloatArray, ...]
+    xx: tuple[FloatArray, ...]
+    cx: tuple[FloatArray, ...]
+
+    @staticmethod
+    def of(steps: Steps, precision: FloatArray) -> Predictor:
+        """From the inverse covariance of what was met about the state, (draws, times, n, n)."""
+        kept: list[Kept] = []
+        draws, times = steps.wear.shape
+        run_filter(steps, precision, np.zeros(precision.shape[:-1]), np.zeros(draws), kept)
+        return Predictor(
+            steps,
+            tuple(carries_of(steps, time) for time in range(times)),
+            tuple(one.gain for one in kept),
+            tuple(one.xx for one in kept),
+            tuple(np.swapaxes(one.xc, -1, -2) for one in kept),
+        )
+
+    def rows(self, chosen: NDArray[np.intp]) -> Predictor:
+        """Keep some of the draws."""
+        each = (self.carries, self.gain, self.xx, self.cx)
+        kept = (tuple(one[chosen] for one in some) for some in each)
+        return Predictor(self.steps.rows(chosen), *kept)
+
+    def squares(self, met: FloatArray) -> FloatArray:
+        """Squared surprise (courses, draws) of courses (courses, draws, times, n).
+
+        −½ of it is the log density of a course, up to a constant of each draw.
+        """
+        first, _ = carried_at_first(self.steps)
+        total = np.zeros(met.shape[:2])
+        for time, (carries, gain, xx, cx) in enumerate(
+            zip(self.carries, self.gain, self.xx, self.cx, strict=True)
+        ):
+            if self.steps.begins[time]:
+                x, c = self.steps.initial_mean, first
+            x = x + np.matmul(carries, c[..., None])[..., 0]
+            off = met[:, :, time] - x
+            pull = np.matmul(gain, off[..., None])[..., 0]
+            total += np.sum(off * pull, axis=-1)
+            x = x + np.matmul(xx, pull[..., None])[..., 0]
+            c = c + np.matmul(cx, pull[..., None])[..., 0]
+        return total
 
 
 @dataclass(frozen=True)

@@ -56,6 +56,7 @@ class Met:
     pareto_k : of the Gaussian step's weights; None where the step is exact
     sampled : whether all loops and the trend were sampled together
     rhat, ess : worst of the joint sampling; None without it
+    worth : effective draws of the hyperparameters; as many as the Gaussian step has if None
     converged : whether the draws may be trusted
     """
 
@@ -65,6 +66,7 @@ class Met:
     sampled: bool = False
     rhat: float | None = None
     ess: float | None = None
+    worth: float | None = None
     converged: bool = True
 
     def thinned(self, draws: int, rng: np.random.Generator) -> Met:
@@ -97,9 +99,10 @@ def met_by_tests(
         return Met(deviates, tangents.states)
     log_weight, met = at.log_weight(tangents)
     smoothed, pareto_k = _smoothed(log_weight)
-    if pareto_k <= HIGHEST_K and 1.0 / np.sum(smoothed**2) > _FEWEST_EFFECTIVE:
+    effective = float(1.0 / np.sum(smoothed**2))
+    if pareto_k <= HIGHEST_K and effective > _FEWEST_EFFECTIVE:
         chosen = rng.choice(_WEIGHTED, _WEIGHTED, p=smoothed)
-        return Met(deviates[chosen], met[chosen], pareto_k)
+        return Met(deviates[chosen], met[chosen], pareto_k, worth=effective)
     # The root of the weights: chains start wider than they should end.
     root = np.exp(0.5 * (log_weight - log_weight.max()))
     chosen = rng.choice(_WEIGHTED, _GROUPS * _CHAINS, p=root / root.sum())
@@ -141,7 +144,8 @@ def _diagnosed(deviates: FloatArray, measured: FloatArray, pareto_k: float, want
     folded = both.reshape(len(both), _GROUPS, _CHAINS, -1).swapaxes(0, 1)
     found = diagnose(folded)
     rhat = float(found.rhat.max())
-    ess = float(min(found.ess_bulk.min(), found.ess_tail.min()))
+    effective = np.minimum(found.ess_bulk, found.ess_tail)
+    ess, known = float(effective.min()), deviates.shape[-1]
     return Met(
         deviates.reshape(-1, deviates.shape[-1]),
         measured.reshape(-1, *measured.shape[2:]),
@@ -149,6 +153,7 @@ def _diagnosed(deviates: FloatArray, measured: FloatArray, pareto_k: float, want
         sampled=True,
         rhat=rhat,
         ess=ess,
+        worth=float(effective[:known].min()),
         converged=rhat < RHAT_LIMIT and ess >= wanted,
     )
 

@@ -11,7 +11,7 @@ from hdprog.physics.parameters import FloatArray
 from hdprog.results import LEVELS, TemperatureEffect
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.given_measured import GivenMeasured
-from hdprog.trend.smoother import per_step_of_warmth
+from hdprog.trend.kalman_filter import per_step_of_warmth
 from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
 from hdprog.trend.temperature import STEP_K, SeenTests, Temperatures, Warming
 from hdprog.trend.trend import Trend

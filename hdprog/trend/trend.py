@@ -19,8 +19,8 @@ from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.given_measured import GivenMeasured
 from hdprog.trend.hyperparameters import HyperparameterDraws
 from hdprog.trend.joint_refit import Met
+from hdprog.trend.kalman_filter import at_reference, per_step_of_warmth
 from hdprog.trend.relinearise import JointMode
-from hdprog.trend.smoother import at_reference, per_step_of_warmth
 from hdprog.trend.state_space import HYPERPARAMETERS, LOAD_SHARE, Hyperparameters, Steps, Timeline
 from hdprog.trend.temperature import SeenTests
 from hdprog.trend.wear_clock import ServiceClock

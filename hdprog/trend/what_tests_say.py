@@ -26,5 +26,5 @@ def what_tests_say(trend: Trend, rng: np.random.Generator) -> Said:
     mean, covariance = np.zeros(size), np.eye(size)
     if fleet is not None:
         mean, covariance = fleet.mean, fleet.covariance
-    worth = min(trend.draws.ess_bulk, trend.draws.ess_tail, _DRAWS)
+    worth = min(trend.draws.ess_bulk, trend.draws.ess_tail, _DRAWS, trend.met.worth or np.inf)
     return Said.of(np.hstack(trend.deviates(rng, _DRAWS)), mean, covariance, worth)

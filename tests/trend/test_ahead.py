@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hdprog.trend.ahead import simulate_ahead
-from hdprog.trend.smoother import RATE
+from hdprog.trend.kalman_filter import RATE
 from hdprog.trend.state_space import Steps
 from hdprog.trend.wear_prior import RateAhead, read_wear_prior
 

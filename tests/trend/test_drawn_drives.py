@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from hdprog.trend.smoother import _Predicted
+from hdprog.trend.kalman_filter import Predicted
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import StatePrior
@@ -24,7 +24,7 @@ def test_states_drawn_step_by_step_have_the_mean_and_covariance_of_the_filter() 
     deviates = np.full((1, len(HYPERPARAMETERS)), 0.4)
     values = Hyperparameters.of(deviates, wear)
     steps = Steps.of(timeline, values, StatePrior.of(drives.loop_prior(), wear), wear)
-    predicted = _Predicted.new(steps, 1)
+    predicted = Predicted.new(steps, 1)
     for time in range(drives.TESTS):
         predicted.advance(steps, np.outer(steps.direction, steps.direction), time)
 

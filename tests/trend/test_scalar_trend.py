@@ -9,9 +9,9 @@ from hdprog.physics.parameters import NAMES
 from hdprog.trend.fleet import FleetPrior
 from hdprog.trend.gaussian_step import GaussianStep
 from hdprog.trend.joint_refit import QUICK, met_by_tests
+from hdprog.trend.kalman_filter import log_evidence
 from hdprog.trend.observation import Observations
 from hdprog.trend.relinearise import JointMode
-from hdprog.trend.smoother import log_evidence
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_clock import ServiceClock

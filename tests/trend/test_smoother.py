@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hdprog.trend.kalman_filter import log_evidence
 from hdprog.trend.observation import Observations
 from hdprog.trend.relinearise import JointPrior
-from hdprog.trend.smoother import draw, log_evidence, smooth
+from hdprog.trend.smoother import draw, smooth
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.wear_coordinates import Information, StatePrior
 from hdprog.trend.wear_prior import read_wear_prior

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from statsmodels.tsa.statespace.kalman_smoother import KalmanSmoother
 
+from hdprog.trend.kalman_filter import log_evidence
 from hdprog.trend.observation import Observations
-from hdprog.trend.smoother import log_evidence, smooth
+from hdprog.trend.smoother import smooth
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.wear_coordinates import Information, StatePrior
 from hdprog.trend.wear_prior import read_wear_prior

@@ -12,8 +12,9 @@ from scipy.stats import multivariate_normal
 
 from hdprog.errors import BadInputError
 from hdprog.shipped import shipped
+from hdprog.trend.kalman_filter import log_evidence, per_step_of_warmth
 from hdprog.trend.relinearise import JointPrior
-from hdprog.trend.smoother import draw, log_evidence, per_step_of_warmth, smooth
+from hdprog.trend.smoother import draw, smooth
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.temperature import SeenTests, Temperatures
 from hdprog.trend.wear_clock import ServiceClock

@@ -15,7 +15,8 @@ from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.results import TrendSummary
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
-from hdprog.trend.smoother import draw, per_step_of_warmth, simulate
+from hdprog.trend.kalman_filter import per_step_of_warmth
+from hdprog.trend.smoother import draw, simulate
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.temperature import SeenTests
 from hdprog.trend.temperature_effect import temperature_effect, warmth_added

@@ -27,8 +27,9 @@ from hdprog.trend.hyperparameters import (
     sample,
     starting_walkers,
 )
+from hdprog.trend.kalman_filter import log_evidence
 from hdprog.trend.observation import Observations
-from hdprog.trend.smoother import draw, log_evidence
+from hdprog.trend.smoother import draw
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import Information, StatePrior
