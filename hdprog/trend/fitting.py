@@ -156,8 +156,8 @@ def _warnings(
             f"{draws.ess_tail:.0f} in the tails); the forecast is marked."
         )
     if not met.converged:
-        said.append(
-            "The joint sampling of loops and trend did not converge "
-            f"(R-hat {met.rhat:.3f}, {met.ess:.0f} effective draws); the forecast is marked."
-        )
+        how = "found no start"
+        if met.rhat is not None:
+            how = f"did not converge (R-hat {met.rhat:.3f}, {met.ess:.0f} effective draws)"
+        said.append(f"The joint sampling of loops and trend {how}; the forecast is marked.")
     return tuple(said)

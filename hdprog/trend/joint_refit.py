@@ -28,6 +28,7 @@ _GROUPS, _CHAINS = 4, 24  # chains are independent; R-hat is taken across groups
 _WARM_UP = 12
 _EVERY = 2  # sweeps between kept ones
 _BRACKET = 2.0  # rad, first bracket of a slice
+_SHRINKS = 60
 RHAT_LIMIT = 1.05
 _FEWEST_EFFECTIVE = 400.0  # weighted draws
 
@@ -98,6 +99,8 @@ def met_by_tests(
     if step.gaussian:
         return Met(deviates, tangents.states)
     log_weight, met = at.log_weight(tangents)
+    if not np.isfinite(log_weight).any():
+        return Met(deviates, tangents.states, pareto_k=np.inf, converged=False)
     smoothed, pareto_k = _smoothed(log_weight)
     effective = float(1.0 / np.sum(smoothed**2))
     if pareto_k <= HIGHEST_K and effective > _FEWEST_EFFECTIVE:
@@ -198,7 +201,9 @@ class _Chains:
         low = -_BRACKET * rng.uniform(size=count)
         high = low + _BRACKET
         angle, turning = rng.uniform(low, high), np.arange(count)
-        while turning.size:
+        for _ in range(_SHRINKS):
+            if not turning.size:
+                break
             at = self._at.rows(turning)
             some = (draws.rows(turning) for draws in (self._tangents, centre, other))
             here, middle, further = some
@@ -211,6 +216,7 @@ class _Chains:
             low[turning] = np.where(back, angle[turning], low[turning])
             high[turning] = np.where(back, high[turning], angle[turning])
             angle[turning] = rng.uniform(low[turning], high[turning])
+        angle[turning] = 0.0  # rounding alone keeps them out of a slice that holds where they are
         turned = np.cos(angle)[:, None] * self._numbers + np.sin(angle)[:, None] * fresh
         self._numbers = turned
         self._tangents = self._tangents.turned(centre, other, angle)

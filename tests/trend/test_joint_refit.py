@@ -158,3 +158,16 @@ def test_too_short_a_run_says_so(problem: Problem, monkeypatch: pytest.MonkeyPat
             problem.step, fixed_draws(), np.random.default_rng(1), Effort(4, 4, 200.0)
         )
     assert not found.converged
+
+
+def test_without_a_possible_draw_it_says_so(problem: Problem) -> None:
+    @dataclass(frozen=True)
+    class Impossible:
+        def log_likelihood(self, coordinates: np.ndarray, nuisances: np.ndarray) -> np.ndarray:
+            return np.full(len(coordinates), -np.inf)
+
+    nowhere = tuple(replace(one, exact=Impossible()) for one in problem.step.tests)
+    found = met_by_tests(
+        replace(problem.step, tests=nowhere), fixed_draws(), np.random.default_rng(1), LONG
+    )
+    assert not found.converged
