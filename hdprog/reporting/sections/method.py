@@ -187,8 +187,8 @@ def _trend(trend: TrendSummary) -> str:
 
 
 def _exactness(diagnostics: Mapping[str, float]) -> str:
-    k = diagnostics.get("pareto_k")
-    if k is None:
+    k = diagnostics.get("pareto_k", math.nan)
+    if not math.isfinite(k):
         return ""
     step = f" A Gaussian near the joint mode stands for every loop at first (Pareto k {k:.2f})"
     if "joint_rhat" not in diagnostics:
