@@ -4,8 +4,8 @@ Draws of the Gaussian step are weighted (see `gaussian_step`). Where Pareto k of
 they are drawn again by these (Vehtari et al., Journal of Machine Learning Research 25 (2024) 72).
 Where it is not, all loops and the trend are sampled together: elliptical slice sampling (Murray,
 Adams & MacKay, AISTATS 2010) of the numbers z of the Gaussian step, which turns each chain as far
-along an ellipse as its weight allows, and Metropolis steps that take other hyperparameters, drawn
-as the Gaussian step has them, under the same z.
+along an ellipse as its weight allows, and Metropolis steps that take other hyperparameters under
+the same z, or another z, drawn as the Gaussian step has them.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ class Effort:
     ess: float
 
 
-FULL = Effort(60, 480, 200.0)
-QUICK = Effort(40, 160, 100.0)
+FULL = Effort(100, 400, 200.0)
+QUICK = Effort(50, 200, 100.0)
 
 
 @dataclass(frozen=True)
@@ -106,9 +106,7 @@ def met_by_tests(
     if pareto_k <= HIGHEST_K and effective > _FEWEST_EFFECTIVE:
         chosen = rng.choice(_WEIGHTED, _WEIGHTED, p=smoothed)
         return Met(deviates[chosen], met[chosen], pareto_k, worth=effective)
-    # The root of the weights: chains start wider than they should end.
-    root = np.exp(0.5 * (log_weight - log_weight.max()))
-    chosen = rng.choice(_WEIGHTED, _GROUPS * _CHAINS, p=root / root.sum())
+    chosen = rng.choice(_WEIGHTED, _GROUPS * _CHAINS, p=smoothed)
     chains = _Chains(step, draws, deviates[chosen], numbers[chosen], rng)
     return _sampled(chains, pareto_k, effort)
 
@@ -183,9 +181,12 @@ class _Chains:
         self._take(deviates, step.at(deviates))
 
     def sweep(self) -> None:
-        """Turn every chain along an ellipse; then offer it other hyperparameters."""
+        """Turn every chain along an ellipse; offer it other hyperparameters, then a fresh draw."""
         self._turn()
-        self._offer()
+        deviates = self._draws.thinned(len(self.deviates), self._rng)
+        self._offer(deviates, self._step.at(deviates), self._numbers)
+        # Tails that a turn hardly finds are entered, and left, by draws of their own.
+        self._offer(self.deviates, self._at, self._rng.standard_normal(self._numbers.shape))
 
     def _take(self, deviates: FloatArray, at: StepAt) -> None:
         self.deviates, self._at = deviates, at
@@ -221,21 +222,23 @@ class _Chains:
         self._numbers = turned
         self._tangents = self._tangents.turned(centre, other, angle)
 
-    def _offer(self) -> None:
-        count = len(self.deviates)
-        deviates = self._draws.thinned(count, self._rng)
-        at = self._step.at(deviates)
-        tangents = at.tangents(self._numbers)
+    def _offer(self, deviates: FloatArray, at: StepAt, numbers: FloatArray) -> None:
+        """Take what is drawn as the Gaussian step has it, or stay, by the ratio of the weights."""
+        tangents = at.tangents(numbers)
         weight, met = at.log_weight(tangents)
-        taken = np.log(self._rng.uniform(size=count)) < weight - self._weight
-        self.deviates = np.where(taken[:, None], deviates, self.deviates)
-        self._weight = np.where(taken, weight, self._weight)
-        self.met = np.where(taken[:, None, None], met, self.met)
+        taken = np.log(self._rng.uniform(size=len(deviates))) < weight - self._weight
+
+        def chosen(new: FloatArray, old: FloatArray) -> FloatArray:
+            return np.where(taken.reshape((-1,) + (1,) * (new.ndim - 1)), new, old)
+
+        changed = deviates is not self.deviates
+        self.deviates = chosen(deviates, self.deviates)
+        self._numbers = chosen(numbers, self._numbers)
+        self._weight, self.met = chosen(weight, self._weight), chosen(met, self.met)
+        each = zip(tangents.nuisances, self._tangents.nuisances, strict=True)
         self._tangents = Tangents(
-            np.where(taken[:, None, None], tangents.states, self._tangents.states),
-            tuple(
-                np.where(taken[:, None], new, old)
-                for new, old in zip(tangents.nuisances, self._tangents.nuisances, strict=True)
-            ),
+            chosen(tangents.states, self._tangents.states),
+            tuple(chosen(new, old) for new, old in each),
         )
-        self._at = self._step.at(self.deviates)
+        if changed:
+            self._at = self._step.at(self.deviates)
