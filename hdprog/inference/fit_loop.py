@@ -29,11 +29,12 @@ from hdprog.inference.sampler import (
     sample_ensembles,
 )
 from hdprog.inference.starting_points import StartingPoint, describe
+from hdprog.inference.threshold_redraw import ThresholdRedraw
 from hdprog.physics.effects.base import Effect
 from hdprog.physics.parameters import FloatArray
 
 Progress = Callable[[str, int, int], None]
-_SLOW = 12.0  # autocorrelation time in steps above which the proposal is fitted anew
+_SLOW = 9.0  # autocorrelation time in steps above which the proposal is fitted anew
 _HELPED = 0.8  # of the time before, which a proposal fitted anew must reach to be fitted again
 _MORE_SEEN = 4  # or chains so many times as long as those that it was fitted to
 _MIXTURE_DRAWS = 6000
@@ -57,18 +58,18 @@ class SamplingPlan:
     """
 
     required_ess: float = 1000.0
-    warm_up_steps: tuple[int, ...] = (150, 50, 60)
+    warm_up_steps: tuple[int, ...] = (100, 40, 80)
     temperatures: tuple[float, ...] = (4.0, 2.0, 1.0)
-    components: tuple[int, ...] = (3, 6, 8)
+    components: tuple[int, ...] = (3, 6, 10)
     first_steps: int = 200
     most_steps: int = 10_000
-    refits: int = 4
+    refits: int = 6
     stored_steps: int = 125
 
 
 FULL = SamplingPlan()
 QUICK = SamplingPlan(
-    required_ess=400.0, first_steps=150, most_steps=4000, refits=2, stored_steps=60
+    required_ess=400.0, first_steps=150, most_steps=4000, refits=3, stored_steps=60
 )
 
 
@@ -250,15 +251,15 @@ def sample_until_converged(
     ) -> tuple[FloatArray, float, list[EnsembleState]]:
         nonlocal steps_done
         many, density = len(states), replace(posterior, temperature=temperature)
-        results = list(
-            spread(sample_ensembles, [density] * many, states, [steps] * many, [mixture] * many)
-        )
+        same = ([one] * many for one in (steps, mixture, redraw))
+        results = list(spread(sample_ensembles, [density] * many, states, *same))
         steps_done += steps
         chains = np.concatenate([chains for chains, _, _ in results])
         accepted = float(np.mean([share for _, share, _ in results]))
         return chains, accepted, [state for _, _, state in results]
 
     mixture: GaussianMixture | None = None
+    redraw = ThresholdRedraw(posterior.likelihood) if posterior.likelihood.ridge else None
     late: list[FloatArray] = []
     cooling = plan.temperatures[-len(plan.warm_up_steps) :]
     parts = zip(plan.warm_up_steps, cooling, plan.components, strict=False)
@@ -267,6 +268,8 @@ def sample_until_converged(
         # The part before was wider: the proposal keeps what it saw.
         late = [*late[-1:], _some(chains[:, steps // 2 :])]
         mixture = fit_mixture(np.concatenate(late), components, rng)
+    if redraw is not None and not redraw.concerns(np.concatenate(late)).any():
+        redraw = None  # of no use to this record
     warm_up = steps_done
     ridge, accepted, states = advance(plan.first_steps, mixture)
     refits, slowest, fitted_to = 0, math.inf, plan.first_steps

@@ -101,6 +101,12 @@ class LoopLikelihood:
         effects = np.ones(self.size - COUNT - 1)
         return np.concatenate([self.prior.sd, [LOGIT_SD], effects])
 
+    @cached_property
+    def ridge_frame(self) -> tuple[float, float, float]:
+        """What the ridge coordinates hang on: tooth angle, scale of T_T, largest torque."""
+        largest = float(np.abs(self.reduced.path.torque).max())
+        return self.alpha, self.prior.softplus_scale, largest
+
     @property
     def blocks(self) -> int:
         """Number of blocks."""

@@ -9,10 +9,14 @@ combination is a coordinate of its own:
     p_W   = tan²α/(K_W C)                         share of the wave generator in it
     p_F   = (1/K_F)/(C − tan²α/K_W)               share of the cup in the rest
     D     = T_T/(a T_T + b) · log(1 + z/2)        extra angle of the teeth, z = a T_T/b
-    m     = |c| μ,  ξ = m − μ cos α,  P = m T_i   fall and size of friction with torque
+    m     = |c| μ,  P = m T_i                     fall of friction with torque, and its size
+    ξ     = min(m, P/T) − μ cos α                 its mean fall up to the record's largest torque T
 
-sampled as log C, logit p_W, logit p_F, log D, the coordinate of T_T, log m, ξ and log P. D stands
-for the exact (log(1+z)·(1+z)/z − 1)·T_T/(a T_T + b), which cannot be inverted in closed form.
+Friction falls by m − μ cos α per torque up to T_i, and grows from there on: where T_i lies inside
+the record, that record fixes the mean fall, and m only so far as T_i.
+
+They are sampled as log C, logit p_W, logit p_F, log D, the coordinate of T_T, log m, ξ and log P.
+D stands for the exact (log(1+z)·(1+z)/z − 1)·T_T/(a T_T + b), which has no inverse in closed form.
 """
 
 from __future__ import annotations
@@ -32,7 +36,7 @@ def _log_sigmoid(value: FloatArray) -> FloatArray:
 
 
 def to_unconstrained(
-    ridge: FloatArray, alpha: float, softplus_scale: float
+    ridge: FloatArray, alpha: float, softplus_scale: float, largest_torque: float | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Unconstrained parameter coordinates of ridge coordinates, with the Jacobian.
 
@@ -41,6 +45,7 @@ def to_unconstrained(
     ridge : (draws, 8)
     alpha : gear-tooth angle in rad
     softplus_scale : scale in Nm of the coordinate of T_T
+    largest_torque : of the record in Nm; without one ξ is the fall at no load
 
     Returns
     -------
@@ -59,8 +64,9 @@ def to_unconstrained(
         z = 2 * np.expm1(y)
         log_b = log_mesh - np.log1p(z)
         log_a = np.log(z) + log_b - log_T_T
-        m = np.exp(log_m)
-        log_mu = np.log((m - _XI_SCALE * xi) / math.cos(alpha))
+        log_mu = np.log(
+            (_mean_fall(log_m, log_P, largest_torque) - _XI_SCALE * xi) / math.cos(alpha)
+        )
         jacobian = np.log(y) - np.log(-np.expm1(-y)) - log_mu
     coordinates = np.column_stack(
         [log_K_F, log_K_W, log_a, log_b, x_T, log_m - log_mu, log_P - log_m, log_mu]
@@ -69,7 +75,19 @@ def to_unconstrained(
     return coordinates, np.where(inside, jacobian, -np.inf)
 
 
-def from_unconstrained(coordinates: FloatArray, alpha: float, softplus_scale: float) -> FloatArray:
+def _mean_fall(log_m: FloatArray, log_P: FloatArray, largest_torque: float | None) -> FloatArray:
+    """Mean of the part of friction's fall that ends at T_i, up to the largest torque."""
+    if largest_torque is None:
+        return np.asarray(np.exp(log_m))
+    return np.asarray(np.exp(np.minimum(log_m, log_P - math.log(largest_torque))))
+
+
+def from_unconstrained(
+    coordinates: FloatArray,
+    alpha: float,
+    softplus_scale: float,
+    largest_torque: float | None = None,
+) -> FloatArray:
     """Ridge coordinates (draws, 8) of unconstrained ones; the inverse of `to_unconstrained`."""
     K_F, K_W, a, b = np.exp(coordinates[:, :4]).T
     x_T, log_c, log_T_i, log_mu = coordinates[:, 4:].T
@@ -79,6 +97,8 @@ def from_unconstrained(coordinates: FloatArray, alpha: float, softplus_scale: fl
     rest = 1 / K_F + 1 / mesh
     wave_generator = math.tan(alpha) ** 2 / K_W
     log_m = log_c + log_mu
+    log_P = log_T_i + log_m
+    fall = _mean_fall(log_m, log_P, largest_torque)
     return np.column_stack(
         [
             np.log(rest + wave_generator),
@@ -87,7 +107,7 @@ def from_unconstrained(coordinates: FloatArray, alpha: float, softplus_scale: fl
             np.log(np.log1p(z / 2) * T_T / mesh),
             x_T,
             log_m,
-            (np.exp(log_m) - math.cos(alpha) * np.exp(log_mu)) / _XI_SCALE,
-            log_T_i + log_m,
+            (fall - math.cos(alpha) * np.exp(log_mu)) / _XI_SCALE,
+            log_P,
         ]
     )

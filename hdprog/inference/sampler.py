@@ -2,7 +2,8 @@
 
 Warm-up moves: differential evolution (ter Braak 2006; Nelson et al. 2014), one step in ten with
 unit scale so that walkers hop between modes, and the affine stretch move (Goodman & Weare 2010).
-After the warm-up most steps are independence proposals from a frozen mixture. emcee 3.1.6's
+After the warm-up most steps are independence proposals from a frozen mixture. Where a record ends
+about the teeth's threshold, some steps redraw that one. emcee 3.1.6's
 snooker move is not used: it does not leave its target distribution unchanged.
 """
 
@@ -19,10 +20,13 @@ from hdprog.inference.likelihood import COUNT, LoopLikelihood, sigmoid
 from hdprog.inference.mixture_proposal import GaussianMixture, IndependenceProposal
 from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
 from hdprog.inference.starting_points import StartingPoint
+from hdprog.inference.threshold_redraw import ThresholdRedraw
 from hdprog.physics.parameters import FloatArray
 
 ENSEMBLES = 4
 WALKERS = 24
+_INDEPENDENT = 0.85  # of the steps after the warm-up
+_REDRAWN = 0.1
 LogDensity = Callable[[FloatArray], FloatArray]
 
 
@@ -59,14 +63,12 @@ class RidgePosterior:
     def position(self, point: FloatArray) -> FloatArray:
         """Position (size,) of one point (size,)."""
         likelihood = self.likelihood
-        ridge = from_unconstrained(
-            point[None, :COUNT], likelihood.alpha, likelihood.prior.softplus_scale
-        )[0]
+        ridge = from_unconstrained(point[None, :COUNT], *likelihood.ridge_frame)[0]
         return np.concatenate([ridge, sigmoid(point[COUNT : COUNT + 1]), point[COUNT + 1 :]])
 
     def _points(self, position: FloatArray) -> tuple[FloatArray, FloatArray]:
         unconstrained, log_jacobian = to_unconstrained(
-            position[:, :COUNT], self.likelihood.alpha, self.likelihood.prior.softplus_scale
+            position[:, :COUNT], *self.likelihood.ridge_frame
         )
         fraction = position[:, COUNT]
         inside = (fraction > 0) & (fraction < 1)
@@ -92,24 +94,35 @@ class EnsembleState:
     random_state: Any
 
 
-def moves(ensembles: int, mixture: GaussianMixture | None = None) -> list[tuple[Any, float]]:
+def moves(
+    ensembles: int,
+    mixture: GaussianMixture | None = None,
+    redraw: ThresholdRedraw | None = None,
+) -> list[tuple[Any, float]]:
     """The moves in use with their weights; their stationarity is tested on known targets.
 
     Parameters
     ----------
     ensembles : how many run side by side
     mixture : frozen proposal of the steps after the warm-up, or None during it
+    redraw : of thresholds beyond the record, or None where walkers have none
     """
-    from emcee.moves import DEMove, MHMove, StretchMove
+    from emcee.moves import DEMove, StretchMove
 
     from hdprog.inference.side_by_side import SideBySide
 
     local = [(DEMove(), 0.8), (DEMove(gamma0=1.0), 0.1), (StretchMove(), 0.1)]
     each = [(SideBySide(move, ensembles), weight) for move, weight in local]
-    if mixture is None:
-        return each
-    independent = MHMove(IndependenceProposal(mixture))
-    return [(independent, 0.65)] + [(move, 0.35 * weight) for move, weight in each]
+    if mixture is not None:
+        each = _with(IndependenceProposal(mixture), _INDEPENDENT, each)
+    return each if redraw is None else _with(redraw, _REDRAWN, each)
+
+
+def _with(proposal: Any, share: float, others: list[tuple[Any, float]]) -> list[tuple[Any, float]]:
+    """Moves of which a share proposes for every walker by itself."""
+    from emcee.moves import MHMove
+
+    return [(MHMove(proposal), share)] + [(move, (1 - share) * weight) for move, weight in others]
 
 
 def sample_ensembles(
@@ -117,6 +130,7 @@ def sample_ensembles(
     state: EnsembleState,
     steps: int,
     mixture: GaussianMixture | None = None,
+    redraw: ThresholdRedraw | None = None,
 ) -> tuple[FloatArray, float, EnsembleState]:
     """Run independent ensembles on, side by side.
 
@@ -126,6 +140,7 @@ def sample_ensembles(
     state : walkers' positions and the generator's state
     steps : steps of every ensemble
     mixture : frozen proposal, or None during the warm-up
+    redraw : as in `moves`
 
     Returns
     -------
@@ -139,7 +154,7 @@ def sample_ensembles(
         ensembles * walkers,
         dimensions,
         log_density,
-        moves=moves(ensembles, mixture),
+        moves=moves(ensembles, mixture, redraw),
         vectorize=True,
     )
     # emcee seeds itself from NumPy's global state unless told otherwise.

@@ -151,11 +151,10 @@ def test_log_weights_are_those_of_the_fault() -> None:
         )
         for at, name in ((2, "a"), (4, "T_T"))
     }
-    alpha, scale = likelihood.alpha, prior.softplus_scale
-    ridge = from_unconstrained(points[:, :8], alpha, scale)
+    frame = likelihood.ridge_frame
+    ridge = from_unconstrained(points[:, :8], *frame)
     moved = [
-        (to_unconstrained(ridge + one, alpha, scale)[0] - points[:, :8]) / 1e-6
-        for one in step[:8, :8]
+        (to_unconstrained(ridge + one, *frame)[0] - points[:, :8]) / 1e-6 for one in step[:8, :8]
     ]
     jacobian = np.linalg.slogdet(np.stack(moved, axis=1))[1]
     posterior = jacobian + likelihood.log_prior(points) + likelihood.log_likelihood(points)

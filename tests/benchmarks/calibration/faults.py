@@ -69,8 +69,8 @@ def log_weights(fault: str, points: FloatArray, likelihood: LoopLikelihood) -> F
 
 
 def _log_jacobian(points: FloatArray, likelihood: LoopLikelihood) -> FloatArray:
-    alpha, scale = likelihood.alpha, likelihood.prior.softplus_scale
-    return to_unconstrained(from_unconstrained(points[:, :COUNT], alpha, scale), alpha, scale)[1]
+    frame = likelihood.ridge_frame
+    return to_unconstrained(from_unconstrained(points[:, :COUNT], *frame), *frame)[1]
 
 
 @dataclass(frozen=True)

@@ -87,8 +87,7 @@ def compare(target: Target) -> Equality:
 def _log_jacobian(target: Target, ridge: FloatArray) -> FloatArray:
     from hdprog.inference.ridge_coordinates import to_unconstrained
 
-    likelihood = target.likelihood
-    return to_unconstrained(ridge[:, :COUNT], likelihood.alpha, likelihood.prior.softplus_scale)[1]
+    return to_unconstrained(ridge[:, :COUNT], *target.likelihood.ridge_frame)[1]
 
 
 def _deviation(found: FloatArray, right: FloatArray) -> float:

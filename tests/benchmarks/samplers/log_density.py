@@ -94,7 +94,7 @@ class JaxPosterior:
     def _unconstrained(self, ridge: Any) -> tuple[Any, Any, Any]:
         """Unconstrained coordinates (8,), log |det| of their derivative, and whether they exist."""
         _, jnp = jax_modules()
-        alpha, scale = self.likelihood.alpha, self.likelihood.prior.softplus_scale
+        alpha, scale, largest = self.likelihood.ridge_frame
         log_C, logit_W, logit_F, log_D, x_T, log_m, xi, log_P = ridge
 
         def log_sigmoid(value: Any) -> Any:
@@ -106,7 +106,7 @@ class JaxPosterior:
         log_mesh = -log_sigmoid(-logit_F) - log_rest
         log_T_T = math.log(scale) + jnp.log(jnp.logaddexp(0.0, x_T))
         log_y = log_D + log_mesh - log_T_T
-        left = jnp.exp(log_m) - _XI_SCALE * xi
+        left = jnp.exp(jnp.minimum(log_m, log_P - math.log(largest))) - _XI_SCALE * xi
         inside = (log_y < _LARGEST_LOG) & (left > 0)
         y = jnp.exp(jnp.where(inside, log_y, 0.0))
         z = 2 * jnp.expm1(y)

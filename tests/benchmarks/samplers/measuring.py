@@ -108,8 +108,6 @@ def effective_draws(points: FloatArray) -> Effective:
 
 def points_of(target: Target, ridge: FloatArray) -> FloatArray:
     """Points of the likelihood (…, 9) of peers' positions (…, 9)."""
-    likelihood, flat = target.likelihood, ridge.reshape(-1, ridge.shape[-1])
-    unconstrained, _ = to_unconstrained(
-        flat[:, :COUNT], likelihood.alpha, likelihood.prior.softplus_scale
-    )
+    flat = ridge.reshape(-1, ridge.shape[-1])
+    unconstrained, _ = to_unconstrained(flat[:, :COUNT], *target.likelihood.ridge_frame)
     return np.hstack([unconstrained, flat[:, COUNT:]]).reshape(ridge.shape)
