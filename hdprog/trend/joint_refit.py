@@ -29,21 +29,26 @@ _WARM_UP = 12
 _EVERY = 2  # sweeps between kept ones
 _BRACKET = 2.0  # rad, first bracket of a slice
 _SHRINKS = 60
-RHAT_LIMIT = 1.05
+RHAT_LIMIT = 1.1
+"""On a hundred effective draws R-hat itself scatters by some hundredths."""
 _FEWEST_EFFECTIVE = 400.0  # weighted draws
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How long to sample: sweeps kept at first, the bound to which they grow, wanted ESS."""
+    """How long to sample: sweeps kept at first, the bound to which they grow, ESS that ends them.
+
+    Draws at the bound are trusted with `least` effective ones.
+    """
 
     sweeps: int
     largest_sweeps: int
     ess: float
+    least: float
 
 
-FULL = Effort(100, 400, 200.0)
-QUICK = Effort(50, 200, 100.0)
+FULL = Effort(100, 200, 120.0, 60.0)
+QUICK = Effort(50, 100, 80.0, 50.0)
 
 
 @dataclass(frozen=True)
@@ -133,13 +138,14 @@ def _sampled(chains: _Chains, pareto_k: float, effort: Effort) -> Met:
             if number % _EVERY == _EVERY - 1:
                 deviates.append(chains.deviates.copy())
                 measured.append(chains.met.copy())
-        found = _diagnosed(np.array(deviates), np.array(measured), pareto_k, effort.ess)
-        if found.converged or 2 * sweeps > effort.largest_sweeps:
+        found = _diagnosed(np.array(deviates), np.array(measured), pareto_k, effort)
+        enough = found.converged and (found.ess or 0.0) >= effort.ess
+        if enough or 2 * sweeps > effort.largest_sweeps:
             return found
         sweeps *= 2
 
 
-def _diagnosed(deviates: FloatArray, measured: FloatArray, pareto_k: float, wanted: float) -> Met:
+def _diagnosed(deviates: FloatArray, measured: FloatArray, pareto_k: float, effort: Effort) -> Met:
     """Put together (kept, chains, …), judged by hyperparameters and by what the last test met."""
     both = np.concatenate([deviates, measured[:, :, -1]], axis=-1)
     folded = both.reshape(len(both), _GROUPS, _CHAINS, -1).swapaxes(0, 1)
@@ -155,7 +161,7 @@ def _diagnosed(deviates: FloatArray, measured: FloatArray, pareto_k: float, want
         rhat=rhat,
         ess=ess,
         worth=float(effective[:known].min()),
-        converged=rhat < RHAT_LIMIT and ess >= wanted,
+        converged=rhat < RHAT_LIMIT and ess >= effort.least,
     )
 
 

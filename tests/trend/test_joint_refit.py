@@ -29,7 +29,7 @@ from tests.trend.stand_in import ALPHA, NEW, PRIOR, WEAR, SimulatedLoop, wearing
 WEAR_PRIOR = read_wear_prior()
 STATE_PRIOR = StatePrior.of(PRIOR, WEAR_PRIOR)
 FIXED = np.zeros((1, len(HYPERPARAMETERS)))
-LONG = Effort(600, 600, 0.0)
+LONG = Effort(600, 600, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ def test_too_short_a_run_says_so(problem: Problem, monkeypatch: pytest.MonkeyPat
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         found = met_by_tests(
-            problem.step, fixed_draws(), np.random.default_rng(1), Effort(4, 4, 200.0)
+            problem.step, fixed_draws(), np.random.default_rng(1), Effort(4, 4, 200.0, 200.0)
         )
     assert not found.converged
 
