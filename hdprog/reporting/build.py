@@ -73,6 +73,7 @@ def _page(result: DriveResult, catalogue: Mapping[str, float]) -> str:
         "ridge": _of_draws(result, ridge_pairs),
     }
     trend, said = result.trend, verdict(result)
+    limited = [limit.key for limit in result.drive.limits]
     return (
         environment()
         .get_template("report.html")
@@ -97,7 +98,7 @@ def _page(result: DriveResult, catalogue: Mapping[str, float]) -> str:
             diagnostics=tests.diagnostics(result),
             hyperparameters=None if trend is None else method.hyperparameters(trend),
             shrinkage=None if trend is None else shrinkage.shrinkage(trend),
-            temperature="" if trend is None else temperature_words(trend, _limited(result)),
+            temperature="" if trend is None else temperature_words(trend, limited),
             method=method.method(result),
             words=_words(result),
             provenance=provenance.provenance(result.provenance),
@@ -146,10 +147,6 @@ def _trends(result: DriveResult) -> list[tuple[str, Picture]]:
         for forecast in result.forecasts
         if forecast.limit is not None and forecast.limit.key in result.trend.figures
     ]
-
-
-def _limited(result: DriveResult) -> list[str]:
-    return [forecast.limit.key for forecast in result.forecasts if forecast.limit is not None]
 
 
 def _panel(test: TestResult, scales: PanelScales) -> Panel:

@@ -82,7 +82,7 @@ def fit_trend(
         return JointPrior.of(steps, float(scatter[0]), wear_prior.scales)
 
     def density_at(mode: JointMode) -> LogDensity:
-        seen = SeenTests.of(mode.loops, tests, wear_prior).observations()
+        seen = SeenTests.of(mode.loops, tests, wear_prior).observations
 
         def log_density(deviates: FloatArray) -> FloatArray:
             inside = np.abs(deviates).max(axis=1) < _FARTHEST_DEVIATE
@@ -120,7 +120,7 @@ def fit_trend(
     )
     met = met_by_tests(step, draws, rng, JOINT_QUICK if quick else JOINT_FULL)
     said = _warnings(tests, final, draws, met, distance, wear_prior)
-    return Trend(tests, prior, wear_prior, clock, final, draws, met, said, alpha, followed)
+    return Trend(tests, prior, wear_prior, clock, final, draws, met, said, followed)
 
 
 def _warnings(

@@ -191,6 +191,7 @@ class _Chains:
         self._turn()
         deviates = self._draws.thinned(len(self.deviates), self._rng)
         self._offer(deviates, self._step.at(deviates), self._numbers)
+        self._at = self._step.at(self.deviates)
         # Tails that a turn hardly finds are entered, and left, by draws of their own.
         self._offer(self.deviates, self._at, self._rng.standard_normal(self._numbers.shape))
 
@@ -237,7 +238,6 @@ class _Chains:
         def chosen(new: FloatArray, old: FloatArray) -> FloatArray:
             return np.where(taken.reshape((-1,) + (1,) * (new.ndim - 1)), new, old)
 
-        changed = deviates is not self.deviates
         self.deviates = chosen(deviates, self.deviates)
         self._numbers = chosen(numbers, self._numbers)
         self._weight, self.met = chosen(weight, self._weight), chosen(met, self.met)
@@ -246,5 +246,3 @@ class _Chains:
             chosen(tangents.states, self._tangents.states),
             tuple(chosen(new, old) for new, old in each),
         )
-        if changed:
-            self._at = self._step.at(self.deviates)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,7 +117,7 @@ class FittedLoop:
             return np.where(inside, density, -np.inf)
         return self._with_amplitudes(points, coordinates[:, COUNT:])
 
-    @property
+    @cached_property
     def _own(self) -> NDArray[np.intp]:
         """Columns of a point that are no part of the state."""
         followed = [column for column, _ in self._located(np.zeros(self._amplitudes))]

@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.evidence import Linearised
@@ -22,13 +21,13 @@ from hdprog.trend.evidence import Linearised
 
 @dataclass(frozen=True)
 class Observations:
-    """What the loops say of the drive's state at each time; nothing where there was no test.
+    """What the loops say of the drive's state at each test.
 
     Attributes
     ----------
-    basis : (times, n, n) D^{−½}V
-    strength : (times, n) δ
-    pull : (times, n) Vᵀ√D η
+    basis : (tests, n, n) D^{−½}V
+    strength : (tests, n) δ
+    pull : (tests, n) Vᵀ√D η
     """
 
     basis: FloatArray
@@ -36,29 +35,20 @@ class Observations:
     pull: FloatArray
 
     @staticmethod
-    def of(
-        loops: Sequence[Linearised], scales: FloatArray, which: NDArray[np.intp] | None = None
-    ) -> Observations:
+    def of(loops: Sequence[Linearised], scales: FloatArray) -> Observations:
         """From linearised loops.
 
         Parameters
         ----------
         loops : (tests) in order
         scales : (n,) relative size of scatter, √D
-        which : (times,) test at each time, −1 for none; the tests themselves if left out
         """
         precision = np.stack([loop.precision for loop in loops])
         information = np.stack([loop.information for loop in loops])
         strength, vectors = np.linalg.eigh(scales[:, None] * precision * scales)
         strength = np.maximum(strength, 0.0)
         pull = np.einsum("jik,ji->jk", vectors, information * scales)
-        basis = vectors / scales[:, None]
-        if which is None:
-            return Observations(basis, strength, pull)
-        seen = (which >= 0)[:, None]
-        return Observations(
-            basis[which], np.where(seen, strength[which], 0.0), np.where(seen, pull[which], 0.0)
-        )
+        return Observations(vectors / scales[:, None], strength, pull)
 
     def behind_scatter(self, scatter: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Information on the state x(t) behind the scatter.

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -161,18 +162,19 @@ class SeenTests:
             part = Warming.of(found, start, wear_prior).unknown_part
         return SeenTests(loops, wear_prior.scales, part)
 
-    def observations(self, which: NDArray[np.intp] | None = None) -> Observations:
-        """Observations of x(t) + β·δ, known δ; `which` as for `Observations.of`."""
+    @cached_property
+    def observations(self) -> Observations:
+        """Observations of x(t) + β·δ, known δ."""
         loops = self.loops
         if self.unknown_part is not None:
             loops = [_behind(*each) for each in zip(loops, self.unknown_part, strict=True)]
-        return Observations.of(loops, self.scales, which)
+        return Observations.of(loops, self.scales)
 
     def draw_measured(
         self, states: FloatArray, scatter: FloatArray, rng: np.random.Generator
     ) -> FloatArray:
         """Draw what the tests met given states (draws, tests, n) and loops: scatter and g added."""
-        met = self.observations().draw_measured(states, scatter, rng)
+        met = self.observations.draw_measured(states, scatter, rng)
         if self.unknown_part is None:
             return met
         for number, (loop, part) in enumerate(zip(self.loops, self.unknown_part, strict=True)):

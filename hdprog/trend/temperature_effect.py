@@ -10,12 +10,11 @@ from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.physics.parameters import FloatArray
 from hdprog.results import LEVELS, TemperatureEffect
 from hdprog.trend.figure_paths import figure_paths
-from hdprog.trend.given_measured import GivenMeasured
 from hdprog.trend.kalman_filter import per_step_of_warmth
-from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
-from hdprog.trend.temperature import STEP_K, SeenTests, Temperatures, Warming
+from hdprog.trend.state_space import Hyperparameters
+from hdprog.trend.temperature import STEP_K, Temperatures, Warming
 from hdprog.trend.trend import Trend
-from hdprog.trend.wear_coordinates import StatePrior, from_loop, to_loop
+from hdprog.trend.wear_coordinates import from_loop, to_loop
 
 
 def temperature_effect(
@@ -48,16 +47,13 @@ def warmth_added(trend: Trend, rng: np.random.Generator, draws: int) -> FloatArr
 
     Of a test of unknown temperature it is its prior. None where temperature does not count.
     """
-    timeline, _ = Timeline.of(trend.tests, trend.clock, trend.wear_prior)
-    if timeline.temperatures is None:
+    found = Temperatures.of(trend.tests)
+    if found is None:
         return None
     met = trend.met.thinned(draws, rng)
-    values = Hyperparameters.of(met.deviates, trend.wear_prior)
-    state_prior = StatePrior.of(trend.prior, trend.wear_prior)
-    steps = Steps.of(timeline, values, state_prior, trend.wear_prior)
-    warming = Warming.of(timeline.temperatures, timeline.begins, trend.wear_prior)
-    seen = SeenTests.of(trend.mode.loops, trend.tests, trend.wear_prior)
-    given = GivenMeasured.of(steps, values.scatter, seen.scales, seen.unknown_part)
+    given = trend.given(Hyperparameters.of(met.deviates, trend.wear_prior))
+    steps = given.steps
+    warming = Warming.of(found, steps.begins, trend.wear_prior)
     first = np.flatnonzero(steps.begins).tolist()
     added = []
     # A replaced drive has its own change by 10 K, which its own tests tell.

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from hdprog.config import Drive
-from hdprog.config.drive import DEFAULT_ALPHA
 from hdprog.inference.priors import Prior
 from hdprog.physics.figures import Operation
 from hdprog.physics.parameters import NAMES, FloatArray
@@ -72,7 +71,6 @@ class Trend:
     draws : of the hyperparameters by the Gaussian step, as standard normal deviates
     met : draws of the hyperparameters and of what every test met, by the loops themselves
     warnings : in words
-    alpha : gear-tooth angle in rad
     followed : effects whose amplitudes are part of the state
     """
 
@@ -84,7 +82,6 @@ class Trend:
     draws: HyperparameterDraws
     met: Met
     warnings: tuple[str, ...]
-    alpha: float = DEFAULT_ALPHA
     followed: FollowedEffects | None = None
 
     @property
@@ -135,7 +132,7 @@ class Trend:
         timeline, which = Timeline.of(self.tests, clock, self.wear_prior, hours)
         steps = Steps.of(timeline, values, self._state_prior, self.wear_prior)
         behind = int(np.flatnonzero(which >= 0)[-1]) + 1
-        states, carried = self._given(values).draw_behind(
+        states, carried = self.given(values).draw_behind(
             met.measured, steps.upto(behind), which[:behind], rng
         )
         centre, farthest = steps.initial_mean, _FARTHEST * np.sqrt(steps.initial_variance)
@@ -165,10 +162,9 @@ class Trend:
         Both of one draw belong together.
         """
         prior, met = self.wear_prior, self.met.thinned(draws, rng)
-        values = Hyperparameters.of(met.deviates, prior)
-        timeline, which = Timeline.of(self.tests, self.clock, prior)
-        steps = Steps.of(timeline, values, self._state_prior, prior)
-        _, carried = self._given(values).draw_behind(met.measured, steps, which, rng)
+        given = self.given(Hyperparameters.of(met.deviates, prior))
+        every = np.arange(len(self.tests))
+        _, carried = given.draw_behind(met.measured, given.steps, every, rng)
         departure = carried[:, : prior.loading_mean.size] - prior.loading_mean
         return prior.deviates(met.deviates), (departure / prior.loading_sd)[:, : len(NAMES)]
 
@@ -194,7 +190,8 @@ class Trend:
 
         return summarise(self, drive, operation, rng)
 
-    def _given(self, values: Hyperparameters) -> GivenMeasured:
+    def given(self, values: Hyperparameters) -> GivenMeasured:
+        """The trend along its tests under hyperparameters, given what the tests met."""
         timeline, _ = Timeline.of(self.tests, self.clock, self.wear_prior)
         steps = Steps.of(timeline, values, self._state_prior, self.wear_prior)
         seen = SeenTests.of(self.mode.loops, self.tests, self.wear_prior)

@@ -14,7 +14,9 @@ import numpy as np
 import pytest
 
 from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
+from hdprog.physics.parameters import NAMES
 from hdprog.trend import joint_refit
+from hdprog.trend.evidence import Linearised
 from hdprog.trend.gaussian_step import GaussianStep
 from hdprog.trend.hyperparameters import HyperparameterDraws
 from hdprog.trend.joint_refit import Effort, Met, met_by_tests
@@ -26,6 +28,7 @@ from hdprog.trend.wear_coordinates import StatePrior, from_loop, slope, to_loop
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.trend.stand_in import ALPHA, NEW, PRIOR, WEAR, SimulatedLoop, wearing_drive
 
+T_I = NAMES.index("T_i")
 WEAR_PRIOR = read_wear_prior()
 STATE_PRIOR = StatePrior.of(PRIOR, WEAR_PRIOR)
 FIXED = np.zeros((1, len(HYPERPARAMETERS)))
@@ -139,8 +142,7 @@ def test_without_the_slope_of_the_ridge_it_would_not_be(
     assert shift.max() > 0.2
 
 
-def test_draws_that_are_weighted_are_told_from_those_that_are_sampled(problem: Problem) -> None:
-    """Loops that are Gaussian already need neither; the step says so by itself."""
+def test_loops_that_are_gaussian_are_neither_weighted_nor_sampled(problem: Problem) -> None:
     gaussian = replace(
         problem.step, tests=tuple(replace(one, exact=None) for one in problem.step.tests)
     )
@@ -148,6 +150,52 @@ def test_draws_that_are_weighted_are_told_from_those_that_are_sampled(problem: P
     assert found.pareto_k is None
     assert not found.sampled
     assert found.converged
+
+
+@dataclass(frozen=True)
+class Tilted:
+    """The linearised loop itself, times exp(tilt·x): a Gaussian of the same spread, moved."""
+
+    loop: Linearised
+    point: np.ndarray
+    tilt: np.ndarray
+
+    def log_likelihood(self, coordinates: np.ndarray, nuisances: np.ndarray) -> np.ndarray:
+        off = from_loop(coordinates) - self.point
+        pull = self.loop.information - self.loop.precision @ self.point + self.tilt
+        return off @ pull - 0.5 * np.einsum("di,ij,dj->d", off, self.loop.precision, off)
+
+
+def test_weighted_draws_have_the_mean_that_is_known(
+    problem: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A tilt of 0.4 spreads: 3 400 of 4 000 draws are effective, a mean errs by 0.017 of them."""
+    monkeypatch.setattr(RidgeMap, "onto_ridge", lambda self, u: (u, np.zeros(len(u))))
+    whole = problem.prior.precision.copy()
+    for number, test in enumerate(problem.step.tests):
+        block = slice(8 * number, 8 * number + 8)
+        whole[block, block] += test.loop.precision
+    covariance = np.linalg.inv(whole)
+    spread = np.sqrt(np.diag(covariance))
+    tilt = np.zeros(16)
+    tilt[T_I] = 0.4 / spread[T_I]
+    tilted = tuple(
+        replace(test, exact=Tilted(test.loop, test.point, part))
+        for test, part in zip(problem.step.tests, tilt.reshape(2, 8), strict=True)
+    )
+    step = replace(problem.step, tests=tilted)
+    found = met_by_tests(step, fixed_draws(), np.random.default_rng(6), LONG)
+    assert not found.sampled
+    assert found.worth is not None
+    assert found.worth > 3000
+    drawn = found.measured.reshape(len(found.measured), -1)
+    plain = problem.prior.precision @ problem.prior.mean.ravel()
+    plain += np.concatenate([test.loop.information for test in tilted])
+    mean = covariance @ (plain + tilt)
+    # Of 16 means none is so far off in a thousand seeds, resampling counted.
+    assert np.abs((drawn.mean(axis=0) - mean) / spread).max() < 0.1
+    assert (covariance @ tilt / spread)[T_I] == pytest.approx(0.4)
+    assert drawn.std(axis=0) / spread == pytest.approx(1.0, abs=0.08)
 
 
 def test_too_short_a_run_says_so(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> None:

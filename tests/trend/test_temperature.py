@@ -171,7 +171,7 @@ def log_density(case: Case, number: int) -> float:
 
 def test_evidence_is_the_density_of_the_readings(case: Case) -> None:
     """Up to a constant, which all draws of the hyperparameters share."""
-    found = log_evidence(case.steps, case.scatter, case.seen.observations())
+    found = log_evidence(case.steps, case.scatter, case.seen.observations)
     expected = np.array([log_density(case, number) for number in range(DRAWS)])
     np.testing.assert_allclose(np.diff(found), np.diff(expected), rtol=1e-10, atol=1e-8)
 
@@ -179,7 +179,7 @@ def test_evidence_is_the_density_of_the_readings(case: Case) -> None:
 def test_smoothed_states_and_their_change_by_warmth_are_those_of_the_dense_solution(
     case: Case,
 ) -> None:
-    precision, information, _ = case.seen.observations().behind_scatter(case.scatter)
+    precision, information, _ = case.seen.observations.behind_scatter(case.scatter)
     states, carried = smooth(case.steps, precision, information)
     warmer = per_step_of_warmth(case.steps, carried)
     for number in range(DRAWS):
@@ -217,7 +217,7 @@ def test_a_wrong_temperature_would_show(case: Case, fault: str) -> None:
     assert warming is not None
     warmed = -warming.warmed if fault == "sign" else np.roll(warming.warmed, 1)
     wrong = replace(case.steps, warming=replace(warming, warmed=warmed))
-    found = log_evidence(wrong, case.scatter, case.seen.observations())
+    found = log_evidence(wrong, case.scatter, case.seen.observations)
     expected = np.array([log_density(case, number) for number in range(DRAWS)])
     assert np.abs(np.diff(found) - np.diff(expected)).max() > 1e-3
 
@@ -233,7 +233,7 @@ def test_draws_of_what_was_met_have_the_dense_mean_and_spread(case: Case) -> Non
         },
     )
     rng, scatter = np.random.default_rng(5), np.repeat(case.scatter[:1], many)
-    states, _ = draw(steps, case.seen.observations(), scatter, rng)
+    states, _ = draw(steps, case.seen.observations, scatter, rng)
     found = case.seen.draw_measured(states, scatter, rng).reshape(many, -1)
     _, met, read, data = readings(case, 0)
     mean, covariance = given_readings(met, read, data)
@@ -250,8 +250,8 @@ def test_temperatures_that_do_not_differ_do_not_count(given: tuple[float | None,
     assert same.steps.carried == COUNT + 2
     assert same.seen.unknown_part is None
     np.testing.assert_array_equal(
-        log_evidence(same.steps, same.scatter, same.seen.observations()),
-        log_evidence(none.steps, none.scatter, none.seen.observations()),
+        log_evidence(same.steps, same.scatter, same.seen.observations),
+        log_evidence(none.steps, none.scatter, none.seen.observations),
     )
 
 

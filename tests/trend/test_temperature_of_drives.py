@@ -15,7 +15,7 @@ from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.results import TrendSummary
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
-from hdprog.trend.kalman_filter import per_step_of_warmth
+from hdprog.trend.kalman_filter import at_reference, per_step_of_warmth
 from hdprog.trend.smoother import draw, simulate
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.temperature import SeenTests
@@ -88,13 +88,14 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
         course = simulate(Steps.of(timeline, values, STATE, WEAR_PRIOR), rng)[0][0]
         tests = readings(course, change, size, rng)
         clock = ServiceClock.of(tests)
-        timeline, which = Timeline.of(tests, clock, WEAR_PRIOR, HOURS[-1:])
+        timeline, _ = Timeline.of(tests, clock, WEAR_PRIOR)
         steps = Steps.of(timeline, many, STATE, WEAR_PRIOR)
         loops = [Information(np.eye(8) / READ**2, test.wear / READ**2, 0.0) for test in tests]
-        seen = SeenTests.of(loops, tests, WEAR_PRIOR).observations(which)
+        seen = SeenTests.of(loops, tests, WEAR_PRIOR).observations
         states, carried = draw(steps, seen, many.scatter, rng)
+        last = at_reference(steps, states[:, -1], carried, HOURS.size - 1)
         for number, (found, truth) in enumerate(
-            [(states[:, -1], course[-1]), (per_step_of_warmth(steps, carried), change)]
+            [(last, course[-1]), (per_step_of_warmth(steps, carried), change)]
         ):
             low, high = np.quantile(found, [0.05, 0.95], axis=0)
             held[number] += (low < truth) & (truth < high)
