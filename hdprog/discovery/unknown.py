@@ -38,27 +38,35 @@ class TermGain:
     white: bool  # beside white noise; else beside the model's correlated noise
 
 
-class _Columns:
-    """Data d ~ N(0, s² I + G Gᵀ) for columns G that are scaled again and again."""
+class _Evidence:
+    """Data d ~ N(0, s² I + A Aᵀ + σ² B Bᵀ) for columns A, and B of one shape.
 
-    def __init__(self, columns: FloatArray, data: FloatArray) -> None:
-        self.gram = columns.T @ columns
-        self.pull = columns.T @ data
-        self.squares = float(data @ data)
-        self.rows = data.size
+    On the axes of BᵀB every size σ and every noise s leaves B's part diagonal, and A's small.
+    """
 
-    def log_marginal(self, weights: FloatArray, log_s: float) -> float:
-        variance = np.exp(2 * log_s)
-        inner = self.gram * np.outer(weights, weights) / variance
+    def __init__(self, own: FloatArray, smooth: FloatArray, data: FloatArray) -> None:
+        strength, axes = np.linalg.eigh(smooth.T @ smooth)
+        self._strength = np.maximum(strength, 0.0)
+        self._crossed, self._pulled = axes.T @ (smooth.T @ own), axes.T @ (smooth.T @ data)
+        self._gram, self._pull = own.T @ own, own.T @ data
+        self._squares, self._rows = float(data @ data), data.size
+
+    def log_marginal(self, size: float, log_s: float) -> float:
+        variance, ratio = np.exp(2 * log_s), np.exp(-2 * log_s) * size**2
+        share = ratio / (1 + ratio * self._strength)
+        squares = self._squares - self._pulled @ (share * self._pulled)
+        pull = self._pull - self._crossed.T @ (share * self._pulled)
+        inner = self._gram - self._crossed.T @ (share[:, None] * self._crossed)
+        inner /= variance
         inner[np.diag_indices_from(inner)] += 1.0
         try:
             factor = np.linalg.cholesky(inner)
         except np.linalg.LinAlgError:
             return -np.inf
-        solved = np.linalg.solve(factor, weights * self.pull) / variance
-        quadratic = self.squares / variance - solved @ solved
-        log_det = self.rows * np.log(variance) + 2 * np.log(np.diag(factor)).sum()
-        return float(-0.5 * (quadratic + log_det))
+        solved = np.linalg.solve(factor, pull) / variance
+        log_det = self._rows * 2 * log_s + np.log1p(ratio * self._strength).sum()
+        log_det += 2 * np.log(np.diag(factor)).sum()
+        return float(-0.5 * (squares / variance - solved @ solved + log_det))
 
 
 def term_gains(model: Model) -> Mapping[str, TermGain]:
@@ -103,13 +111,14 @@ def _best(
     prior_sd = likelihood.prior_sd
     data = residual + derivative @ (likelihood.prior_mean - model.start.point)
     smooth = likelihood.project(basis.T.copy()).T
-    columns = _Columns(np.hstack([derivative * prior_sd, smooth]), data)
-    own = np.ones(prior_sd.size)
+    own = derivative * prior_sd
     repeated = basis.shape[1] // FEATURES
     log_s = 0.5 * np.log(float(residual @ residual) / residual.size)
 
+    alone = _Evidence(own, np.zeros((data.size, 0)), data)
+
     def loss_without(x: FloatArray) -> float:
-        return -columns.log_marginal(np.append(own, np.zeros(basis.shape[1])), float(x[0]))
+        return -alone.log_marginal(0.0, float(x[0]))
 
     without = minimize(
         loss_without,
@@ -123,13 +132,12 @@ def _best(
     for length in LENGTHS:
         if length < shortest and length != LENGTHS[0]:
             continue
-        shape = np.tile(spectrum(length), repeated)
+        evidence = _Evidence(own, smooth * np.tile(spectrum(length), repeated), data)
 
-        def loss(x: FloatArray, shape: FloatArray = shape) -> float:
+        def loss(x: FloatArray, evidence: _Evidence = evidence) -> float:
             if x[0] < _LEAST_LOG_SCALE:
                 return np.inf
-            size = typical * np.exp(x[1] + x[0])
-            return -columns.log_marginal(np.append(own, size * shape), x[0])
+            return -evidence.log_marginal(typical * float(np.exp(x[1] + x[0])), float(x[0]))
 
         screened = min((1.5, -0.5), key=lambda log_size: loss(np.array([log_s, log_size])))
         found = minimize(

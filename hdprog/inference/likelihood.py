@@ -29,7 +29,7 @@ from hdprog.inference.priors import Prior
 from hdprog.physics.course import Course
 from hdprog.physics.drive_model import torsion_angle
 from hdprog.physics.effects.base import Effect
-from hdprog.physics.effects.model import EffectSet
+from hdprog.physics.effects.model import EffectSet, EffectsHeld
 from hdprog.physics.parameters import NAMES, FloatArray, in_support
 
 COUNT = len(NAMES)
@@ -131,9 +131,13 @@ class LoopLikelihood:
         if self.held is None:
             values = self.effect_set.values(points[:, COUNT + 1 :])
             return self.effect_set.angle(course, parameters, values, self.alpha, fraction)
+        return self._held.angle(parameters, self.alpha, fraction) + self.held.shift
+
+    @cached_property
+    def _held(self) -> EffectsHeld:
+        assert self.held is not None
         values = self.effect_set.values(self.held.coordinates[None, :])
-        angle = self.effect_set.angle(course, parameters, values, self.alpha, fraction)
-        return angle + self.held.shift
+        return self.effect_set.held(self.reduced.course, values)
 
     def supported(self, points: FloatArray) -> NDArray[np.bool_]:
         """(draws,) whether points (draws, size) lie in the hard support of the model."""

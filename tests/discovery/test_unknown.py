@@ -12,7 +12,7 @@ from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.discovery.model import Model
 from hdprog.discovery.search import THRESHOLD, base_model
-from hdprog.discovery.unknown import term_gains, with_term
+from hdprog.discovery.unknown import _Evidence, term_gains, with_term
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.physics.drive_model import predict
@@ -92,3 +92,16 @@ def test_a_record_without_time_has_no_term_over_time() -> None:
     gains = term_gains(base_model(prepared, rng))
     # Its cycles repeat: a term over the order would explain how they differ from each other.
     assert not {"time", "order"} & set(gains)
+
+
+@pytest.mark.parametrize("size", [0.0, 0.5, 40.0])
+def test_the_evidence_is_the_density_of_the_data(size: float) -> None:
+    """Against the dense covariance, columns of very different strength included."""
+    rng = np.random.default_rng(8)
+    own = rng.standard_normal((60, 4)) * [1.0, 10.0, 100.0, 1000.0]
+    smooth = rng.standard_normal((60, 7)) * np.logspace(0, -3, 7)
+    data, log_s = own @ rng.standard_normal(4) + rng.standard_normal(60), 0.3
+    covariance = np.exp(2 * log_s) * np.eye(60) + own @ own.T + size**2 * smooth @ smooth.T
+    expected = stats.multivariate_normal(cov=covariance).logpdf(data)
+    found = _Evidence(own, smooth, data).log_marginal(size, log_s)
+    assert found - 30 * np.log(2 * np.pi) == pytest.approx(expected, abs=1e-6)

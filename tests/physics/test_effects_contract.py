@@ -280,3 +280,26 @@ def test_the_order_of_effects_does_not_matter() -> None:
         for effects in (forward, backward)
     ]
     np.testing.assert_allclose(*found, rtol=0, atol=1e-15)
+
+
+def angle_held(effects: EffectSet, drawn: FloatArray, parameters: Parameters) -> FloatArray:
+    fraction = np.full(parameters["K_F"].size, 0.4)
+    held = effects.held(COURSE, effects.values(drawn))
+    return held.angle(parameters, ALPHA, fraction)
+
+
+@each
+def test_held_at_a_value_it_is_the_same_to_the_last_bit(effect: Effect) -> None:
+    effects = EffectSet((effect, BY_ID["backlash"]), COURSE.scales)
+    drawn = 0.3 * np.ones((1, effects.size))
+    parameters = drives(5)
+    expected, _ = with_effects(effects, parameters, np.repeat(drawn, 5, axis=0))
+    np.testing.assert_array_equal(angle_held(effects, drawn, parameters), expected)
+
+
+def test_only_what_hangs_on_the_angle_is_worked_out_again() -> None:
+    effects = EffectSet((BY_ID["creep"], BY_ID["angle_ripple"]), COURSE.scales)
+    held = effects.held(COURSE, effects.values(np.zeros((1, effects.size))))
+    creep, ripple = held.known
+    assert creep is not None
+    assert ripple is None

@@ -11,6 +11,7 @@ from hdprog.physics.course import Course, Scales
 from hdprog.physics.drive_model import torsion_angle
 from hdprog.physics.effects.base import Effect, EffectParameter, Values
 from hdprog.physics.parameters import FloatArray, Parameters
+from hdprog.physics.torque_path import TorquePath
 
 
 @dataclass(frozen=True)
@@ -69,18 +70,75 @@ class EffectSet:
         alpha : gear-tooth angle in rad
         fraction : (draws,) initial slip as a fraction of the way between the envelopes
         """
-        path, negative = course.path, None
+        path = self.corrected_path(course, values)
+        found = self.drive_angle(path, parameters, values, alpha, fraction)
+        added = [effect.evaluate(course, values[effect.id], found) for effect in self.angle_effects]
+        return np.asarray(sum(added, start=found))
+
+    def held(self, course: Course, values: dict[str, Values]) -> EffectsHeld:
+        """The effects at one set of values along one course, worked out as far as it goes."""
+        path = self.corrected_path(course, values)
+        two = np.stack([course.load, 2 * course.load])
+        evaluated = [(one, one.evaluate(course, values[one.id], two)) for one in self.angle_effects]
+        # Where the angles of two drives make no difference there is one row.
+        known = tuple(None if len(angle) > 1 else angle for _, angle in evaluated)
+        return EffectsHeld(self, course, values, path, known)
+
+    def corrected_path(self, course: Course, values: dict[str, Values]) -> TorquePath:
+        """The torque path with the errors of the torque's reading taken out."""
+        path = course.path
         for effect in self.effects:
             if effect.acts_on == "torque":
                 error = effect.torque_error(course, values[effect.id])
                 before = (course.path.torque - path.torque, course.path.reached - path.reached)
                 path = course.corrected(before[0] + error[0], before[1] + error[1])
-            elif effect.acts_on == "parameters":
+        return path
+
+    @cached_property
+    def angle_effects(self) -> tuple[Effect, ...]:
+        """The effects that act on the angle, in order."""
+        return tuple(effect for effect in self.effects if effect.acts_on == "angle")
+
+    def drive_angle(
+        self,
+        path: TorquePath,
+        parameters: Parameters,
+        values: dict[str, Values],
+        alpha: float,
+        fraction: FloatArray,
+    ) -> FloatArray:
+        """Angle of the drive along a corrected path, effects on its parameters included."""
+        negative = None
+        for effect in self.effects:
+            if effect.acts_on == "parameters":
                 negative = effect.negative_side(parameters, values[effect.id])
-        angle = torsion_angle(path, parameters, alpha, initial_fraction=fraction, negative=negative)
+        return torsion_angle(path, parameters, alpha, initial_fraction=fraction, negative=negative)
+
+
+@dataclass(frozen=True)
+class EffectsHeld:
+    """Effects whose values stay as they are while the drive's parameters change.
+
+    Attributes
+    ----------
+    effects, course, values : as in `EffectSet.angle`, one draw of values
+    path : of torque, errors of its reading taken out
+    known : what each effect on the angle adds, (1, samples) in rad; None where it hangs on the
+        angle itself
+    """
+
+    effects: EffectSet
+    course: Course
+    values: dict[str, Values]
+    path: TorquePath
+    known: tuple[FloatArray | None, ...]
+
+    def angle(self, parameters: Parameters, alpha: float, fraction: FloatArray) -> FloatArray:
+        """See `EffectSet.angle`."""
+        found = self.effects.drive_angle(self.path, parameters, self.values, alpha, fraction)
+        each = zip(self.effects.angle_effects, self.known, strict=True)
         added = [
-            effect.evaluate(course, values[effect.id], angle)
-            for effect in self.effects
-            if effect.acts_on == "angle"
+            effect.evaluate(self.course, self.values[effect.id], found) if one is None else one
+            for effect, one in each
         ]
-        return np.asarray(sum(added, start=angle))
+        return np.asarray(sum(added, start=found))
