@@ -4,9 +4,10 @@ Every hyperparameter and loading is a standard normal deviate under the shipped 
 that of any drive of any fleet. Part of that spread is between fleets, the rest between the drives
 of one; for each deviate k of drive i
 
-    z_ik = M_k + ε_ik,   M_k ~ N(0, ρ_k),   ε_ik ~ N(0, 1 − ρ_k),   ρ_k uniform in (0, 1)
+    z_ik = M_k + ε_ik,   M_k ~ N(0, ρ_k),   ε_ik ~ N(0, 1 − ρ_k),   log(1 − ρ_k) uniform
 
-so that without other drives a drive's prior is the shipped one, and with many it is theirs. Of
+so that without other drives a drive's prior is the shipped one, and with many it is theirs: the
+shipped prior spans all makes and sizes, of which drives of one fleet may be a small part. Of
 another drive only what its tests say beyond its prior is used, exp(−½ zᵀΛz + ηᵀz), so no prior
 counts twice; pace of wear and loadings are kept together, for their product is known best. The
 posterior of M, ρ and the drives' z is drawn by Gibbs' sampler (the normal hierarchical model:
@@ -24,7 +25,7 @@ import numpy as np
 
 from hdprog.physics.parameters import NAMES, FloatArray
 
-_SHARES = np.linspace(0.02, 0.98, 49)
+_SHARES = 1.0 - np.geomspace(0.98, 0.005, 50)
 _WARM_UP, _SWEEPS = 200, 1500
 _CHANCE = 1e-3  # of a shift of the mean that is none
 _REACH = 2.0  # spreads of the prior within which draws of it can tell where a likelihood lies
@@ -120,6 +121,7 @@ class FleetPrior:
             weight = 1.0 / share + len(said) / (1.0 - share)
             mean = own.sum(axis=0) / (1.0 - share) / weight
             centre = mean + rng.standard_normal(size) / np.sqrt(weight)
+            own, centre = _move_fleet(precision, information, own - centre, share, rng)
             share = _draw_shares(own, centre, rng)
             if sweep >= _WARM_UP:
                 means.append(centre)
@@ -169,6 +171,29 @@ def _draw_drives(
     noise = rng.standard_normal(pull.shape)
     upper = np.swapaxes(factor, -1, -2)
     return np.asarray(np.linalg.solve(upper, np.linalg.solve(factor, pull) + noise)[..., 0])
+
+
+def _move_fleet(
+    precision: FloatArray,
+    information: FloatArray,
+    departure: FloatArray,
+    share: FloatArray,
+    rng: np.random.Generator,
+) -> tuple[FloatArray, FloatArray]:
+    """Draw the fleet's mean with all drives along, given their departures ε (drives, k) from it.
+
+    Where drives of one fleet hardly differ, mean and drives would hold each other in their places
+    (interweaving: Yu & Meng, J. Comp. Graph. Stat. 20, 2011).
+
+    Returns
+    -------
+    the drives' deviates (drives, k), and the mean (k,)
+    """
+    factor = np.linalg.cholesky(precision.sum(axis=0) + np.diag(1.0 / share))
+    pull = (information - np.einsum("dij,dj->di", precision, departure)).sum(axis=0)
+    noise = rng.standard_normal(share.size)
+    centre = np.linalg.solve(factor.T, np.linalg.solve(factor, pull) + noise)
+    return centre + departure, np.asarray(centre)
 
 
 def _draw_shares(own: FloatArray, centre: FloatArray, rng: np.random.Generator) -> FloatArray:

@@ -14,6 +14,11 @@ from hdprog.trend.what_tests_say import DEVIATES
 SIZE = len(DEVIATES)
 
 
+def some_shares(rng: np.random.Generator, size: int) -> np.ndarray:
+    """Shares of the spread between fleets, as the pooling expects them."""
+    return 1.0 - np.exp(rng.uniform(np.log(0.005), np.log(0.98), size=size))
+
+
 def exactly(value: np.ndarray, precision: float) -> Said:
     """A drive whose tests know all its deviates equally well."""
     return Said(precision * np.eye(value.size), precision * value)
@@ -58,7 +63,7 @@ def test_the_next_drive_falls_where_the_fleet_says(drives: int) -> None:
     rng = np.random.default_rng(drives)
     scores, size = [], 40
     for _ in range(12):
-        share = rng.uniform(size=size)
+        share = some_shares(rng, size)
         mean = np.sqrt(share) * rng.standard_normal(size)
         own = mean + np.sqrt(1 - share) * rng.standard_normal((drives + 1, size))
         precision = np.exp(rng.uniform(-1, 3, size=(drives, size)))
@@ -122,7 +127,7 @@ def test_the_wear_prior_takes_the_fleets_place() -> None:
 
 def weak_fleet(rng: np.random.Generator, drives: int) -> tuple[np.ndarray, FleetPrior]:
     """The next drive's deviates, and what drives made of them that know theirs hardly at all."""
-    share = rng.uniform(size=SIZE)
+    share = some_shares(rng, SIZE)
     mean = np.sqrt(share) * rng.standard_normal(SIZE)
     own = mean + np.sqrt(1 - share) * rng.standard_normal((drives + 1, SIZE))
     precision = np.exp(rng.uniform(np.log(0.03), np.log(0.3), size=(drives, SIZE)))
