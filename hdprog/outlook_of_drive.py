@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hdprog.data.drive_folder import DriveFolder
-from hdprog.data.finished_runs import FinishedRuns
+from hdprog.data.finished_runs import FinishedRun, FinishedRuns
 from hdprog.forecast.crossing import forecast
 from hdprog.inference.posterior import Posterior
 from hdprog.physics.effects.base import Effect
@@ -17,6 +17,7 @@ from hdprog.trend.fitting import fit_trend
 from hdprog.trend.fleet import FleetPrior, Said
 from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.loop_evidence import FittedLoop
+from hdprog.trend.steady_pace import SteadySaid, Told, pooled_fleet
 from hdprog.trend.wear_clock import hours_by_load, pace_of_load
 from hdprog.trend.wear_prior import WearPrior
 
@@ -100,8 +101,13 @@ def outlook(
 
 
 def pooled(others: FinishedRuns) -> FleetPrior:
-    """Pool what other drives' tests say of wear; see `hdprog.trend.fleet`."""
-    return FleetPrior.of(
-        [run.drive_id for run in others.runs],
-        [Said(run.precision, run.information) for run in others.runs],
-    )
+    """Pool what other drives' tests say of wear; see `hdprog.trend.steady_pace`."""
+    return pooled_fleet([run.drive_id for run in others.runs], [_told(run) for run in others.runs])
+
+
+def _told(run: FinishedRun) -> Told:
+    said, steady = Said(run.said.precision, run.said.information), None
+    if run.steady is not None:
+        beside = run.steady.said
+        steady = SteadySaid(Said(beside.precision, beside.information), run.steady.log_odds)
+    return Told(said, steady)

@@ -246,12 +246,45 @@ class WearSaid:
     wear_prior : identity of the wear prior, in whose deviates z the numbers are
     deviates : (k) names
     precision, information : Λ (k, k), η (k,) of the log likelihood −½ zᵀΛz + ηᵀz
+    steady : the same if the drive's pace is steady; None where it was not kept
     """
 
     wear_prior: str
     deviates: tuple[str, ...]
     precision: FloatArray
     information: FloatArray
+    steady: SteadyWearSaid | None = None
+
+
+@dataclass(frozen=True)
+class SteadyWearSaid:
+    """What a drive's tests say of its wear if its pace is steady; see `trend.steady_pace`.
+
+    Attributes
+    ----------
+    precision, information : as in `WearSaid`
+    log_odds : log of the tests' likelihood over that under the shipped prior
+    """
+
+    precision: FloatArray
+    information: FloatArray
+    log_odds: float
+
+
+@dataclass(frozen=True)
+class SteadyShare:
+    """The chance that a drive's pace is steady, as its fleet and its own tests have it.
+
+    Attributes
+    ----------
+    told : number of other drives whose runs tell of it
+    fleet : before the drive's own tests
+    own : after them
+    """
+
+    told: int
+    fleet: float
+    own: float
 
 
 @dataclass(frozen=True)
@@ -279,11 +312,13 @@ class FleetShare:
     drives : their ids
     hyperparameters : by name
     left_out : runs that could not be used, in words
+    steady : whether the pace is steady; None where no run tells of it
     """
 
     drives: tuple[str, ...]
     hyperparameters: Mapping[str, Shrinkage]
     left_out: tuple[str, ...] = ()
+    steady: SteadyShare | None = None
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,22 @@ SCHEMA = "hdprog.summary/1"
 
 
 @dataclass(frozen=True)
+class KeptSaid:
+    """What a drive's tests say of the deviates z: Λ (k, k), η (k,) of −½ zᵀΛz + ηᵀz."""
+
+    precision: FloatArray
+    information: FloatArray
+
+
+@dataclass(frozen=True)
+class KeptIfSteady:
+    """The same if the drive's pace is steady, and the log of how much better the tests fit that."""
+
+    said: KeptSaid
+    log_odds: float
+
+
+@dataclass(frozen=True)
 class FinishedRun:
     """What the tests of one drive say of its wear, its priors left out.
 
@@ -24,15 +41,16 @@ class FinishedRun:
     drive_id, path : of the drive, and the summary that was read
     created : ISO 8601, when it was made
     wear_prior : identity of the wear prior whose deviates z these are
-    precision, information : Λ (k, k), η (k,) of the log likelihood −½ zᵀΛz + ηᵀz
+    said : by its tests, of z
+    steady : if the drive's pace is steady; None where the run did not keep it
     """
 
     drive_id: str
     path: Path
     created: str
     wear_prior: str
-    precision: FloatArray
-    information: FloatArray
+    said: KeptSaid
+    steady: KeptIfSteady | None
 
 
 @dataclass(frozen=True)
@@ -110,20 +128,33 @@ def _read(path: Path) -> FinishedRun | None:
     if "says" not in trend:
         raise ValueError("made by an older version, which did not keep what its tests say of wear")
     says = trend["says"]
+    return FinishedRun(
+        str(content["drive"]["id"]),
+        path,
+        str(content["provenance"]["created"]),
+        str(says["wear_prior"]),
+        _said(says, len(says["deviates"])),
+        _if_steady(says),
+    )
+
+
+def _if_steady(says: dict[str, Any]) -> KeptIfSteady | None:
+    steady = says.get("steady")
+    if steady is None:
+        return None
+    log_odds = float(steady["log_odds"])
+    if not np.isfinite(log_odds):
+        raise ValueError("what its tests say of a steady pace is not finite")
+    return KeptIfSteady(_said(steady, len(says["deviates"])), log_odds)
+
+
+def _said(says: dict[str, Any], size: int) -> KeptSaid:
     precision = np.array(says["precision"], dtype=float)
     information = np.array(says["information"], dtype=float)
-    size = len(says["deviates"])
     if precision.shape != (size, size) or information.shape != (size,):
         raise ValueError(f"what its tests say is not of {size} deviates")
     if not (np.isfinite(precision).all() and np.isfinite(information).all()):
         raise ValueError("what its tests say holds numbers that are not finite")
     if np.linalg.eigvalsh(precision)[0] < -1e-6 * max(1.0, float(np.abs(precision).max())):
         raise ValueError("what its tests say has a negative precision")
-    return FinishedRun(
-        str(content["drive"]["id"]),
-        path,
-        str(content["provenance"]["created"]),
-        str(says["wear_prior"]),
-        precision,
-        information,
-    )
+    return KeptSaid(precision, information)

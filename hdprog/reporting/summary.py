@@ -24,6 +24,8 @@ from hdprog.results import (
     ParameterSummary,
     Provenance,
     Sensitivity,
+    SteadyShare,
+    SteadyWearSaid,
     TemperatureEffect,
     TestResult,
     TrendSummary,
@@ -243,6 +245,23 @@ def _says(says: WearSaid) -> dict[str, Any]:
         "deviates": list(says.deviates),
         "precision": [_numbers(row) for row in says.precision],
         "information": _numbers(says.information),
+        "steady": None if says.steady is None else _steady_said(says.steady),
+    }
+
+
+def _steady_said(said: SteadyWearSaid) -> dict[str, Any]:
+    return {
+        "log_odds": number(said.log_odds),
+        "precision": [_numbers(row) for row in said.precision],
+        "information": _numbers(said.information),
+    }
+
+
+def _steady_share(found: SteadyShare) -> dict[str, Any]:
+    return {
+        "told_by": found.told,
+        "chance_by_fleet": number(found.fleet),
+        "chance": number(found.own),
     }
 
 
@@ -258,6 +277,7 @@ def _fleet(fleet: FleetShare) -> dict[str, Any]:
             for name, one in fleet.hyperparameters.items()
         },
         "left_out": list(fleet.left_out),
+        "steady_pace": None if fleet.steady is None else _steady_share(fleet.steady),
     }
 
 

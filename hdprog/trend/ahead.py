@@ -25,7 +25,8 @@ def simulate_ahead(
     Seen from tests, the rate's departure is linear, so that a filter can follow it. Ahead it starts
     from where it is, 1 + v times the clock's, and changes by exp(W) with a random walk W: a rate
     does not run below zero, and one that has grown may grow on. W drifts upwards, as the last stage
-    of wear is the one that speeds up. Where the clock has levelled off, wear does not heal.
+    of wear is the one that speeds up; where the pace is steady, it stays so. Where the clock has
+    levelled off, wear does not heal.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ def simulate_ahead(
         wear, passed = steps.wear[:, time], steps.passed[:, time]
         common, turn, lead = rng.standard_normal((3, draws))
         departure = ahead.spread * np.sqrt(steps.departure[:, time])
-        drift = ahead.drift * steps.lived[:, time]
+        drift = np.where(departure > 0, ahead.drift * steps.lived[:, time], 0.0)
         meanwhile = walk + drift / 2 + departure * (turn / 2 + lead / np.sqrt(12))
         gained = passed * (rate * np.exp(np.minimum(meanwhile, _FASTEST_LOG)) - 1.0)
         gained = np.maximum(gained, -wear)

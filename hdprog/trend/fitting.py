@@ -24,18 +24,14 @@ from hdprog.trend.hyperparameters import (
 from hdprog.trend.joint_refit import FULL as JOINT_FULL
 from hdprog.trend.joint_refit import QUICK as JOINT_QUICK
 from hdprog.trend.joint_refit import Met, met_by_tests
-from hdprog.trend.kalman_filter import log_evidence
 from hdprog.trend.relinearise import JointMode, JointPrior, joint_mode, moved
-from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
-from hdprog.trend.temperature import SeenTests
+from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
 from hdprog.trend.trend import Trend
+from hdprog.trend.trend_density import UNWORN, density
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import StatePrior, from_loop, linearise
 from hdprog.trend.wear_prior import WearPrior
 
-_FARTHEST_DEVIATE = 6.0  # of a hyperparameter from its prior's median, in its prior's spreads
-_MOST_WEAR = 30.0  # units up to the last test; one unit leaves an eighth of the teeth's stiffness
-_UNWORN = np.array([-4.0] + [0.0] * (len(HYPERPARAMETERS) - 1))
 _MOVED_ENOUGH = 0.3  # posterior spreads per coordinate after which the loops are taken anew
 _ROUNDS = 3
 
@@ -82,22 +78,12 @@ def fit_trend(
         return JointPrior.of(steps, float(scatter[0]), wear_prior.scales)
 
     def density_at(mode: JointMode) -> LogDensity:
-        seen = SeenTests.of(mode.loops, tests, wear_prior).observations
-
-        def log_density(deviates: FloatArray) -> FloatArray:
-            inside = np.abs(deviates).max(axis=1) < _FARTHEST_DEVIATE
-            inside &= steps_of(deviates)[0].passed.sum(axis=1) < _MOST_WEAR
-            safe = np.where(inside[:, None], deviates, _UNWORN)
-            evidence = log_evidence(*steps_of(safe), seen)
-            inside &= np.isfinite(evidence)
-            return np.where(inside, evidence - 0.5 * np.sum(deviates**2, axis=1), -np.inf)
-
-        return log_density
+        return density(tests, mode.loops, state_prior, wear_prior)
 
     start = from_loop(np.stack([test.posterior.mean(axis=0) for test in tests]))
     loops = tuple(linearise(test, point) for test, point in zip(tests, start, strict=True))
     found = JointMode(start, loops, converged=False, steps=0)
-    starts = np.concatenate([_UNWORN[None], rng.standard_normal((63, _UNWORN.size))])
+    starts = np.concatenate([UNWORN[None], rng.standard_normal((63, UNWORN.size))])
     for _ in range(_ROUNDS):
         best = mode_of(density_at(found), starts)
         found = joint_mode(tests, found.points, joint_prior(best))

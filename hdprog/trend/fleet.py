@@ -12,7 +12,8 @@ another drive only what its tests say beyond its prior is used, exp(−½ zᵀΛ
 counts twice; pace of wear and loadings are kept together, for their product is known best. The
 posterior of M, ρ and the drives' z is drawn by Gibbs' sampler (the normal hierarchical model:
 Gelman et al., Bayesian Data Analysis, 3rd ed. 2013, section 11.6); what it predicts for the next
-drive is passed on as a Gaussian of its mean and covariance.
+drive is passed on as a Gaussian of its mean and covariance. Drives whose pace is steady are pooled
+beside the others (see `steady_pace`).
 """
 
 from __future__ import annotations
@@ -86,6 +87,10 @@ class Said:
         precision = unit.T @ precision @ unit
         return Said(precision, unit.T @ pull + precision @ mean)
 
+    def times(self, share: float) -> Said:
+        """The same said by a share of a drive."""
+        return Said(share * self.precision, share * self.information)
+
     def posterior(self, mean: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mean (k,) and covariance (k, k) under a Gaussian prior."""
         own = np.linalg.inv(covariance)
@@ -101,11 +106,16 @@ class FleetPrior:
     ----------
     drives : ids of the other drives
     mean, covariance : (k,), (k, k) of the deviates: hyperparameters, then loadings
+    steady : the same of a drive whose pace is steady, by the drives that tell of it; None where
+        none does
+    chance : that the drive's pace is
     """
 
     drives: tuple[str, ...]
     mean: FloatArray
     covariance: FloatArray
+    steady: FleetPrior | None = None
+    chance: float = 0.0
 
     @staticmethod
     def of(drives: Sequence[str], said: Sequence[Said]) -> FleetPrior:
@@ -142,11 +152,12 @@ class FleetPrior:
 
         Parameters
         ----------
-        hyperparameters : (draws, k − 8) deviates
+        hyperparameters : (draws, k − 8) deviates; one that is not finite tells nothing
         """
         first = self.mean.size - len(NAMES)
         slope, sd = self._regression
-        return self.mean[first:] + (hyperparameters - self.mean[:first]) @ slope, sd
+        departure = hyperparameters - self.mean[:first]
+        return self.mean[first:] + np.where(np.isfinite(departure), departure, 0.0) @ slope, sd
 
     @cached_property
     def _regression(self) -> tuple[FloatArray, FloatArray]:

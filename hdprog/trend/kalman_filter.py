@@ -37,7 +37,7 @@ def carries_of(steps: Steps, time: int) -> FloatArray:
 
 
 def carried_at_first(steps: Steps) -> tuple[FloatArray, FloatArray]:
-    """Mean (draws, k) and variance (k,) of what a new drive carries.
+    """Mean and variance (draws, k) of what a new drive carries.
 
     Its rate is the clock's.
     """
@@ -47,10 +47,9 @@ def carried_at_first(steps: Steps) -> tuple[FloatArray, FloatArray]:
     if steps.warming is not None:
         warmer, unsure = tuple(steps.warming.mean), tuple(steps.warming.variance)
     beside = np.tile([*warmer, extent, 0.0], (len(loadings), 1))
-    return (
-        np.concatenate([loadings, beside], axis=1),
-        np.concatenate([steps.loading_variance, [*unsure, variance, 0.0]]),
-    )
+    spread = np.broadcast_to(steps.loading_variance, loadings.shape)
+    around = np.tile([*unsure, variance, 0.0], (len(loadings), 1))
+    return np.hstack([loadings, beside]), np.hstack([spread, around])
 
 
 def per_step_of_warmth(steps: Steps, carried: FloatArray) -> FloatArray:
@@ -86,8 +85,8 @@ class Predicted:
             np.tile(steps.initial_mean, (draws, 1)),
             mean,
             np.tile(np.diag(steps.initial_variance), (draws, 1, 1)),
-            np.zeros((draws, steps.size, variance.size)),
-            np.tile(np.diag(variance), (draws, 1, 1)),
+            np.zeros((draws, steps.size, steps.carried)),
+            variance[..., None] * np.eye(steps.carried),
         )
 
     def advance(self, steps: Steps, direction: FloatArray, time: int) -> None:

@@ -42,6 +42,7 @@ class JointPrior:
         tests, count = steps.wear.shape[1], scales.size
         along = np.outer(steps.direction, steps.direction)
         segment, warming = np.cumsum(steps.begins), steps.warming
+        loading_variance = np.atleast_2d(steps.loading_variance)[0]
         wear, settled, passed, rate, lead, integral = np.zeros((6, tests))
         wandered = np.zeros((tests, count, count))
         for test in range(tests):
@@ -69,7 +70,7 @@ class JointPrior:
                 early, late = sorted((row, column))
                 turned = integral[early] + lead[early] * (passed[late] - passed[early])
                 turned += steps.running_in[1] * settled[row] * settled[column]
-                fixed = wear[row] * wear[column] * steps.loading_variance
+                fixed = wear[row] * wear[column] * loading_variance
                 if warming is not None:
                     fixed += warming.warmth[row] * warming.warmth[column] * warming.variance
                 covariance[row, :, column] = (

@@ -49,7 +49,7 @@ class Hyperparameters:
     """Values of the hyperparameters, each (draws,); see priors/trend.toml.
 
     Under each the loadings have the mean `loading_mean`, (draws, n) or (1, n) where it is the
-    same for all, and the standard deviation `loading_sd`, (n,).
+    same for all, and the standard deviation `loading_sd`, (draws, n) or (n,).
     """
 
     clock: WearClock
@@ -173,7 +173,7 @@ class Steps:
     ----------
     initial_mean, initial_variance : (n,) of x_0
     loading_mean : (draws, n) of L, or (1, n) where it is the same for all
-    loading_variance : (n,) of L
+    loading_variance : (draws, n) of L, or (n,) where it is the same for all
     direction : (n,) m of shared random wear, the expected loadings
     running_in : mean and variance of r
     begins : (times,) where x, L and r start anew
@@ -253,8 +253,10 @@ class Steps:
         """Keep some of the draws."""
         by_draw = ("wear", "settled", "passed", "lived", "departure", "shared", "own")
         kept = {name: getattr(self, name)[chosen] for name in by_draw}
-        mean = self.loading_mean
-        return replace(self, loading_mean=mean if len(mean) == 1 else mean[chosen], **kept)
+        mean, variance = self.loading_mean, self.loading_variance
+        kept["loading_mean"] = mean if len(mean) == 1 else mean[chosen]
+        kept["loading_variance"] = variance if variance.ndim == 1 else variance[chosen]
+        return replace(self, **kept)
 
     def upto(self, times: int) -> Steps:
         """Keep the first few times only."""

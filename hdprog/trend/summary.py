@@ -12,13 +12,23 @@ from hdprog.inference.priors import Prior
 from hdprog.inference.summarise import figure_requests
 from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.physics.parameters import FloatArray
-from hdprog.results import LEVELS, FigureTrend, FleetShare, Shrinkage, TrendSummary, WearSaid
+from hdprog.results import (
+    LEVELS,
+    FigureTrend,
+    FleetShare,
+    Shrinkage,
+    SteadyShare,
+    SteadyWearSaid,
+    TrendSummary,
+    WearSaid,
+)
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.figure_paths import figure_paths
-from hdprog.trend.fleet import Said
+from hdprog.trend.fleet import FleetPrior, Said
 from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.joint_refit import Met
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters
+from hdprog.trend.steady_pace import Told, is_steady
 from hdprog.trend.temperature_effect import cooled, temperature_effect, warmth_added
 from hdprog.trend.trend import Trend
 from hdprog.trend.what_tests_say import DEVIATES, what_tests_say
@@ -30,6 +40,7 @@ MODEL = (
 )
 _DRAWS = 400
 _OWN_DRAWS = 400
+_FLEET_DRAWS = 4000
 _PAST, _AHEAD = 40, 40
 _LARGEST_SHIFT = 3.5  # of the spread that the difference may have
 _SLACK = 0.6  # of a test's own spread, by which the trend's mean may differ for free
@@ -110,10 +121,10 @@ def summarise(
         )
         joint = figure_paths(request, measured, trend.prior, operation, trend.followed)
         remarks += mismatches(request.key, own, joint)
-    said = what_tests_say(trend, rng)
+    told = what_tests_say(trend, rng)
     return TrendSummary(
-        says=WearSaid(trend.wear_prior.identity, DEVIATES, said.precision, said.information),
-        fleet=_fleet_share(trend, said),
+        says=_wear_said(trend, told),
+        fleet=_fleet_share(trend, told.said, rng),
         model=MODEL + _beside(trend.followed),
         followed=() if trend.followed is None else trend.followed.ids,
         hyperparameters=_levels(trend.hyperparameters()),
@@ -173,25 +184,48 @@ def _exactness(met: Met) -> dict[str, float]:
     return {name: value for name, value in found.items() if value is not None}
 
 
-def _fleet_share(trend: Trend, said: Said) -> FleetShare | None:
+def _wear_said(trend: Trend, told: Told) -> WearSaid:
+    """What other drives may learn."""
+    said, steady = told.said, None
+    if told.steady is not None:
+        beside = told.steady.said
+        steady = SteadyWearSaid(beside.precision, beside.information, told.steady.log_odds)
+    identity = trend.wear_prior.identity
+    return WearSaid(identity, DEVIATES, said.precision, said.information, steady)
+
+
+def _fleet_share(trend: Trend, said: Said, rng: np.random.Generator) -> FleetShare | None:
     """How each hyperparameter in use shrinks from the shipped prior to this drive."""
     fleet, shipped = trend.wear_prior.fleet, trend.wear_prior.without_fleet()
     if fleet is None:
         return None
     none = np.zeros(len(DEVIATES)), np.eye(len(DEVIATES))
-    each = [none, (fleet.mean, fleet.covariance), said.posterior(*none)]
     scores = np.array([NormalDist().inv_cdf(level) for level in LEVELS])
     levels = []
-    for mean, covariance in each:
+    for mean, covariance in (none, said.posterior(*none)):
         deviates = mean + np.outer(scores, np.sqrt(np.diag(covariance)))
         values = Hyperparameters.of(deviates[:, : len(HYPERPARAMETERS)], shipped).named()
         levels.append(
             {name: dict(zip(LEVELS, found.tolist(), strict=True)) for name, found in values.items()}
         )
+    any_drive, own = levels
+    standard = rng.standard_normal((_FLEET_DRAWS, len(HYPERPARAMETERS)))
+    of_fleet = _levels(Hyperparameters.of(standard, trend.wear_prior).named())
     return FleetShare(
         fleet.drives,
-        {name: Shrinkage(*(found[name] for found in levels)) for name in trend.hyperparameters()},
+        {
+            name: Shrinkage(any_drive[name], of_fleet[name], own[name])
+            for name in trend.hyperparameters()
+        },
+        steady=_steady_share(trend, fleet),
     )
+
+
+def _steady_share(trend: Trend, fleet: FleetPrior) -> SteadyShare | None:
+    if fleet.steady is None:
+        return None
+    own = is_steady(trend.wear_prior.deviates(trend.met.deviates)).mean()
+    return SteadyShare(len(fleet.steady.drives), fleet.chance, float(own))
 
 
 def _beside(followed: FollowedEffects | None) -> str:

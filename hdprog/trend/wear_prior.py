@@ -18,6 +18,7 @@ from hdprog.errors import BadInputError
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.shipped import shipped
 from hdprog.trend.fleet import FleetPrior
+from hdprog.trend.steady_pace import pooled_deviates, pooled_loadings
 
 FILE = "trend.toml"
 
@@ -148,23 +149,19 @@ class WearPrior(_Strict):
 
     def deviates(self, standard: FloatArray) -> FloatArray:
         """Deviates of hyperparameters (draws, k) from standard normal ones; the fleet's, if any."""
-        if self.fleet is None:
-            return standard
-        mean, root = self.fleet.of_hyperparameters
-        return np.asarray(mean + standard @ root.T)
+        return standard if self.fleet is None else pooled_deviates(standard, self.fleet)
 
     def loadings_given(self, deviates: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mean (draws, n) and sd (n,) of the loadings, given hyperparameters' deviates (draws, k).
+        """Mean and sd (draws, n) of the loadings, given hyperparameters' deviates (draws, k).
 
-        Without a fleet they do not hang together: the mean is (1, n).
+        Without a fleet they do not hang together: the mean is (1, n), the sd (n,).
         """
         if self.fleet is None:
             return self.loading_mean[None], self.loading_sd
-        mean, sd = self.fleet.of_loadings(deviates)
-        count = len(NAMES)
-        spread, beside = self.loading_sd[:count], np.zeros((len(mean), self.followed))
-        centre = self.loading_mean + np.hstack([spread * mean, beside])
-        return centre, np.concatenate([spread * sd, self.loading_sd[count:]])
+        mean, sd = pooled_loadings(deviates, self.fleet)
+        beside = np.zeros((len(mean), self.followed))
+        centre = self.loading_mean + self.loading_sd * np.hstack([mean, beside])
+        return centre, self.loading_sd * np.hstack([sd, beside + 1.0])
 
     def following(self, amplitudes: int) -> WearPrior:
         """The same for a state with so many amplitudes of effects."""

@@ -4,27 +4,61 @@ from __future__ import annotations
 
 import numpy as np
 
-from hdprog.physics.parameters import NAMES
+from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.fleet import Said
-from hdprog.trend.state_space import HYPERPARAMETERS
+from hdprog.trend.hyperparameters import LogDensity
+from hdprog.trend.smoother import draw
+from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
+from hdprog.trend.steady_evidence import said_by, sampled, steady_said
+from hdprog.trend.steady_pace import Told
+from hdprog.trend.temperature import SeenTests
 from hdprog.trend.trend import Trend
+from hdprog.trend.trend_density import UNWORN, density
+from hdprog.trend.wear_coordinates import StatePrior
+from hdprog.trend.wear_prior import WearPrior
 
 DEVIATES: tuple[str, ...] = (*HYPERPARAMETERS, *(f"loading_{name}" for name in NAMES))
 """Hyperparameters, then changes of the coordinates per unit of wear."""
 _DRAWS = 2000
 
 
-def what_tests_say(trend: Trend, rng: np.random.Generator) -> Said:
-    """Likelihood of the deviates `DEVIATES` of the wear prior's file, as a Gaussian.
+def what_tests_say(trend: Trend, rng: np.random.Generator) -> Told:
+    """Likelihood of the deviates `DEVIATES` of the wear prior's file, as Gaussians.
+
+    Where a fleet made the prior, the hyperparameters are sampled anew under the shipped one, by the
+    loops as the trend has linearised them: what a fleet told is not passed on.
 
     Parameters
     ----------
     trend : as fitted
     rng : source of randomness
     """
-    fleet, size = trend.wear_prior.fleet, len(DEVIATES)
-    mean, covariance = np.zeros(size), np.eye(size)
-    if fleet is not None:
-        mean, covariance = fleet.mean, fleet.covariance
+    shipped = trend.wear_prior.without_fleet()
+    loops, state_prior = trend.mode.loops, StatePrior.of(trend.prior, shipped)
+    seen = SeenTests.of(loops, trend.tests, shipped).observations
+    timeline, _ = Timeline.of(trend.tests, trend.clock, shipped)
+
+    def density_of(prior: WearPrior) -> LogDensity:
+        return density(trend.tests, loops, state_prior, prior)
+
+    def loadings_of(deviates: FloatArray, prior: WearPrior, rng: np.random.Generator) -> FloatArray:
+        values = Hyperparameters.of(deviates, prior)
+        steps = Steps.of(timeline, values, state_prior, prior)
+        _, carried = draw(steps, seen, values.scatter, rng)
+        departure = carried[:, : prior.loading_mean.size] - prior.loading_mean
+        return np.asarray((departure / prior.loading_sd)[:, : len(NAMES)])
+
+    if trend.wear_prior.fleet is None:
+        draws, said = trend.draws, _exactly(trend, rng)
+    else:
+        draws = sampled(density_of(shipped), UNWORN.size, rng, UNWORN)
+        said = said_by(draws, shipped, loadings_of, rng)
+    return Told(said, steady_said(shipped, density_of, loadings_of, draws, UNWORN, rng))
+
+
+def _exactly(trend: Trend, rng: np.random.Generator) -> Said:
+    """By the loops themselves, of a trend without a fleet."""
+    size = len(DEVIATES)
     worth = min(trend.draws.ess_bulk, trend.draws.ess_tail, _DRAWS, trend.met.worth or np.inf)
-    return Said.of(np.hstack(trend.deviates(rng, _DRAWS)), mean, covariance, worth)
+    drawn = np.hstack(trend.deviates(rng, _DRAWS))
+    return Said.of(drawn, np.zeros(size), np.eye(size), worth)

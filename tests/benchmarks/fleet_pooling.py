@@ -23,7 +23,7 @@ from hdprog.forecast.crossing import forecast
 from hdprog.forecast.scores import covers, crps
 from hdprog.parallel import hold_blas_to_one_thread
 from hdprog.trend.fitting import fit_trend
-from hdprog.trend.fleet import FleetPrior
+from hdprog.trend.steady_pace import pooled_fleet
 from hdprog.trend.wear_prior import read_wear_prior
 from hdprog.trend.what_tests_say import what_tests_say
 from tests.benchmarks.prognostics_small import OPERATION, WearingDrive, wearing_drive
@@ -71,11 +71,11 @@ def main() -> None:
         law = LAWS.index(LAWS[number % len(LAWS)])
         horizon = float(np.exp(rng.uniform(np.log(500.0), np.log(20_000.0))))
         drives = [wearing_drive(law, 8, rng, horizon=horizon) for _ in range(options.others + 1)]
-        said = [
+        told = [
             what_tests_say(fit_trend(one.tests, PRIOR, shipped, rng, quick=True), rng)
             for one in drives[:-1]
         ]
-        fleet = FleetPrior.of([str(n) for n in range(options.others)], said)
+        fleet = pooled_fleet([str(n) for n in range(options.others)], told)
         alone += scored(drives[-1], shipped, np.random.default_rng([options.seed, number, 1]))
         taught += scored(
             drives[-1], shipped.learnt_from(fleet), np.random.default_rng([options.seed, number, 1])

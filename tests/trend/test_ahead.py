@@ -55,8 +55,12 @@ def test_wear_goes_on_at_its_rate_without_drift_and_walk(rate: float) -> None:
 @pytest.mark.parametrize("rate", [0.5, 1.0, 2.0])
 def test_a_drift_of_one_makes_the_rate_grow_with_expected_wear(rate: float) -> None:
     """The rate at expected wear u is then u times that at 1: its integral from 1 to 2 is 3/2."""
-    found = reached(steps(1), rate, RateAhead(spread=1.0, drift=1.0))
+    found = reached(steps(1, volatility=1e-6), rate, RateAhead(spread=1.0, drift=1.0))
     assert found == pytest.approx(1.5 * rate, rel=1e-5)
+
+
+def test_a_steady_pace_stays_steady_where_others_rise() -> None:
+    assert reached(steps(1), 1.0, RateAhead(spread=1.25, drift=1.0)) == pytest.approx(1.0)
 
 
 def test_the_walk_scatters_the_logarithm_of_the_rate() -> None:

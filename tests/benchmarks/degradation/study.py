@@ -13,8 +13,8 @@ from hdprog.forecast.scores import covers, crps, sample_crps
 from hdprog.physics.parameters import FloatArray
 from hdprog.results import LEVELS
 from hdprog.trend.fitting import fit_trend
-from hdprog.trend.fleet import FleetPrior, Said
 from hdprog.trend.state_space import Hyperparameters
+from hdprog.trend.steady_pace import Told, pooled_fleet
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_prior import WearPrior
 from hdprog.trend.what_tests_say import what_tests_say
@@ -48,14 +48,15 @@ def forecasts(
 ) -> Iterator[tuple[str, list[Score]]]:
     """Every unit's scores, by itself, with the others' full series, and by a straight line."""
     prior, shipped = state_prior(), wear_prior(study)
-    said: list[Said] = []
+    told: list[Told] = []
     for number, unit in enumerate(units):
         rng = np.random.default_rng([seed, number, 0])
         whole = fit_trend(readings(unit, unit.times.size, prior), prior, shipped, rng, quick=True)
-        said.append(what_tests_say(whole, rng))
+        told.append(what_tests_say(whole, rng))
     for number, unit in enumerate(units):
-        others = [one for index, one in enumerate(said) if index != number]
-        fleet = FleetPrior.of([str(index) for index in range(len(others))], others)
+        others = [one for index, one in enumerate(told) if index != number]
+        names = [str(index) for index in range(len(others))]
+        fleet = pooled_fleet(names, others)
         scores = [
             _scored(method, study, unit, wear, np.random.default_rng([seed, number, 1]))
             for method, wear in ((ALONE, shipped), (POOLED, shipped.learnt_from(fleet)))

@@ -25,7 +25,7 @@ def learn(others: FloatArray, rng: np.random.Generator) -> Learnt:
     """Fit every other unit by itself and pool what they say."""
     shipped = wear_prior(_STUDY)
     fits = [_fit(values, shipped, rng) for values in others]
-    pooled = fleet_prior(shipped, [fit.said(rng) for fit in fits])
+    pooled = fleet_prior(shipped, fits, rng)
 
     def forecast(values: FloatArray, rng: np.random.Generator) -> Told:
         taught, alone = _fit(values, pooled, rng), _fit(values, shipped, rng)

@@ -18,31 +18,22 @@ from hdprog.forecast.crossing import Crossing, first_crossing
 from hdprog.forecast.limits import Margins
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.ahead import simulate_ahead
-from hdprog.trend.fleet import FleetPrior, Said
-from hdprog.trend.hyperparameters import (
-    Effort,
-    HyperparameterDraws,
-    LogDensity,
-    mode_of,
-    sample,
-    starting_walkers,
-)
+from hdprog.trend.hyperparameters import HyperparameterDraws, LogDensity
 from hdprog.trend.kalman_filter import log_evidence
 from hdprog.trend.observation import Observations
 from hdprog.trend.smoother import draw
-from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
+from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
+from hdprog.trend.steady_evidence import said_by, sampled, steady_said
+from hdprog.trend.steady_pace import Told, pooled_fleet
+from hdprog.trend.trend_density import UNWORN
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import Information, StatePrior
 from hdprog.trend.wear_prior import RateAhead, WearPrior
 from tests.benchmarks.degradation.series import AT, Reading
 
-# The bounds that `fit_trend` keeps the hyperparameters in, and where it puts those outside.
+# The bounds that `fit_trend` keeps the hyperparameters in.
 _FARTHEST_DEVIATE = 6.0
 _MOST_WEAR = 30.0
-_UNWORN = np.array([-4.0] + [0.0] * (len(HYPERPARAMETERS) - 1))
-_STARTS, _BURN_IN = 64, 60
-_EFFORT = Effort(80, 320, 200.0)  # a quick fit's bounds of convergence, reached in fewer steps
-_SAID_DRAWS = 2000
 
 
 def of_one_figure(steps: Steps) -> Steps:
@@ -52,7 +43,7 @@ def of_one_figure(steps: Steps) -> Steps:
         initial_mean=steps.initial_mean[[AT]],
         initial_variance=steps.initial_variance[[AT]],
         loading_mean=steps.loading_mean[:, [AT]],
-        loading_variance=steps.loading_variance[[AT]],
+        loading_variance=steps.loading_variance[..., [AT]],
         direction=steps.direction[[AT]],
         own=steps.own[..., [AT]],
     )
@@ -116,20 +107,25 @@ class ScalarTrend:
         wander = steps.shared * steps.direction[0] ** 2 + steps.own[..., 0]
         return first_crossing(hours, [Margins(margin, wander[:, which < 0])])
 
-    def said(self, rng: np.random.Generator) -> Said:
-        """What the readings say, any prior left out; see `what_tests_say`."""
-        chosen = self.draws.thinned(_SAID_DRAWS, rng)
-        values = Hyperparameters.of(chosen, self.wear_prior)
-        steps, _ = _steps(self.readings, self.wear_prior, values)
-        seen = _observations(self.readings, self.wear_prior)
-        _, carried = draw(steps, seen, values.scatter, rng)
-        loadings = rng.standard_normal((_SAID_DRAWS, len(NAMES)))  # of the others: the prior's
-        mean, sd = self.wear_prior.loading_mean[AT], self.wear_prior.loading_sd[AT]
+    def told(self, rng: np.random.Generator) -> Told:
+        """What the readings say, the prior left out; see `what_tests_say`."""
+        shipped, readings = self.wear_prior, self.readings
+        steady = steady_said(
+            shipped, lambda prior: density(readings, prior), self._loadings, self.draws, UNWORN, rng
+        )
+        return Told(said_by(self.draws, shipped, self._loadings, rng), steady)
+
+    def _loadings(
+        self, deviates: FloatArray, prior: WearPrior, rng: np.random.Generator
+    ) -> FloatArray:
+        """Deviates of the loadings (draws, 8), those of the other figures as the prior has them."""
+        values = Hyperparameters.of(deviates, prior)
+        steps, _ = _steps(self.readings, prior, values)
+        _, carried = draw(steps, _observations(self.readings, prior), values.scatter, rng)
+        loadings = rng.standard_normal((len(deviates), len(NAMES)))
+        mean, sd = prior.loading_mean[AT], prior.loading_sd[AT]
         loadings[:, AT] = (carried[:, 0] - mean) / sd
-        deviates = np.hstack([chosen, loadings])
-        size = deviates.shape[1]
-        worth = min(self.draws.ess_bulk, self.draws.ess_tail, _SAID_DRAWS)
-        return Said.of(deviates, np.zeros(size), np.eye(size), worth)
+        return loadings
 
 
 def _steps(
@@ -153,7 +149,7 @@ def density(readings: Sequence[Reading], wear_prior: WearPrior) -> LogDensity:
 
     def log_density(deviates: FloatArray) -> FloatArray:
         inside = np.abs(deviates).max(axis=1) < _FARTHEST_DEVIATE
-        safe = np.where(inside[:, None], deviates, _UNWORN)
+        safe = np.where(inside[:, None], deviates, UNWORN)
         values = Hyperparameters.of(safe, wear_prior)
         steps, _ = _steps(readings, wear_prior, values)
         inside &= steps.passed.sum(axis=1) < _MOST_WEAR
@@ -170,13 +166,13 @@ def fit_scalar_trend(
 ) -> ScalarTrend:
     """Fit the trend to the readings of one unit."""
     log_density = density(readings, wear_prior)
-    starts = np.concatenate([_UNWORN[None], rng.standard_normal((_STARTS - 1, _UNWORN.size))])
-    best = mode_of(log_density, starts)
-    walkers = starting_walkers(log_density, best, rng)
-    draws = sample(log_density, walkers, _BURN_IN, _EFFORT.steps, rng, _EFFORT)
+    draws = sampled(log_density, UNWORN.size, rng, UNWORN)
     return ScalarTrend(tuple(readings), wear_prior, draws)
 
 
-def fleet_prior(wear_prior: WearPrior, said: Sequence[Said]) -> WearPrior:
-    """The wear prior for a unit whose fleet has said so."""
-    return wear_prior.learnt_from(FleetPrior.of([str(at) for at in range(len(said))], said))
+def fleet_prior(
+    wear_prior: WearPrior, fits: Sequence[ScalarTrend], rng: np.random.Generator
+) -> WearPrior:
+    """The wear prior for a unit whose fleet has been fitted."""
+    told = [fit.told(rng) for fit in fits]
+    return wear_prior.learnt_from(pooled_fleet([str(at) for at in range(len(told))], told))

@@ -1,0 +1,55 @@
+"""Density of the trend's hyperparameters, given linearised loops."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hdprog.physics.parameters import FloatArray
+from hdprog.trend.evidence import Linearised, LoopEvidence
+from hdprog.trend.hyperparameters import LogDensity
+from hdprog.trend.kalman_filter import log_evidence
+from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
+from hdprog.trend.temperature import SeenTests
+from hdprog.trend.wear_clock import ServiceClock
+from hdprog.trend.wear_coordinates import StatePrior
+from hdprog.trend.wear_prior import WearPrior
+
+UNWORN = np.array([-4.0] + [0.0] * (len(HYPERPARAMETERS) - 1))
+"""Deviates of a drive that hardly wears: evidence can be told wherever others fail."""
+_FARTHEST_DEVIATE = 6.0  # of a hyperparameter from its prior's median, in its prior's spreads
+_MOST_WEAR = 30.0  # units up to the last test; one unit leaves an eighth of the teeth's stiffness
+
+
+def density(
+    tests: Sequence[LoopEvidence],
+    loops: Sequence[Linearised],
+    state_prior: StatePrior,
+    wear_prior: WearPrior,
+) -> LogDensity:
+    """Log posterior density of the hyperparameters' deviates, states integrated out.
+
+    Parameters
+    ----------
+    tests : in order
+    loops : linearised, in the same order
+    state_prior : of the coordinates of a new drive
+    wear_prior : in whose deviates the density is
+    """
+    timeline, _ = Timeline.of(tests, ServiceClock.of(tests), wear_prior)
+    seen = SeenTests.of(loops, tests, wear_prior).observations
+
+    def steps_of(deviates: FloatArray) -> tuple[Steps, FloatArray]:
+        values = Hyperparameters.of(deviates, wear_prior)
+        return Steps.of(timeline, values, state_prior, wear_prior), values.scatter
+
+    def log_density(deviates: FloatArray) -> FloatArray:
+        inside = np.abs(deviates).max(axis=1) < _FARTHEST_DEVIATE
+        inside &= steps_of(deviates)[0].passed.sum(axis=1) < _MOST_WEAR
+        safe = np.where(inside[:, None], deviates, UNWORN)
+        evidence = log_evidence(*steps_of(safe), seen)
+        inside &= np.isfinite(evidence)
+        return np.where(inside, evidence - 0.5 * np.sum(deviates**2, axis=1), -np.inf)
+
+    return log_density

@@ -1,0 +1,49 @@
+"""What is read of finished runs: those of an older version say nothing of a steady pace."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hdprog.data.finished_runs import FinishedRuns, read_finished_runs
+from hdprog.errors import BadInputError
+
+KEPT = {"precision": [[4.0, 0.0], [0.0, 1.0]], "information": [2.0, 0.5]}
+
+
+def reading(folder: Path, steady: dict[str, Any] | None) -> FinishedRuns:
+    says = {"wear_prior": "one", "deviates": ["wear_rate", "volatility"], **KEPT}
+    if steady is not None:
+        says["steady"] = steady
+    content = {
+        "schema": "hdprog.summary/1",
+        "drive": {"id": "other"},
+        "provenance": {"created": "2026-01-01T00:00:00+00:00"},
+        "trend": {"converged": True, "says": says},
+    }
+    (folder / "summary.json").write_text(json.dumps(content), "utf-8")
+    return read_finished_runs(folder, own_id="own", wear_prior="one")
+
+
+def test_a_run_of_an_older_version_is_read_without_a_steady_pace(tmp_path: Path) -> None:
+    run = reading(tmp_path, None).runs[0]
+    assert run.steady is None
+    assert run.said.precision.tolist() == KEPT["precision"]
+
+
+def test_a_steady_pace_is_read(tmp_path: Path) -> None:
+    steady = reading(tmp_path, {**KEPT, "log_odds": 1.5}).runs[0].steady
+    assert steady is not None
+    assert steady.log_odds == 1.5
+    assert steady.said.information.tolist() == KEPT["information"]
+
+
+@pytest.mark.parametrize(
+    "wrong", [{**KEPT, "log_odds": float("nan")}, {"log_odds": 1.0}, {**KEPT, "information": [1.0]}]
+)
+def test_a_run_that_says_no_numbers_is_left_out(tmp_path: Path, wrong: dict[str, Any]) -> None:
+    with pytest.raises(BadInputError, match="not a summary of a finished run"):
+        reading(tmp_path, wrong)
