@@ -323,6 +323,10 @@ def test_a_new_drive_learns_from_the_fleet(
     taught.write(tmp_path / "out")
     page = Page((tmp_path / "out" / "report.html").read_text("utf-8")).text
     assert "Learnt from the finished runs of 4 other drives: four, one, three and two" in page
+    steady = trend["fleet"]["steady_pace"]
+    assert steady["told_by"] == 4
+    assert 0.0 < steady["chance_by_fleet"] < 1.0
+    assert "A pace is steady where wear follows a power of the hours" in page
     # What a drive tells others is what its own tests say: the fleet is not passed on.
     says = taught.summary()["trend"]["says"]
     own = alone.summary()["trend"]["says"]

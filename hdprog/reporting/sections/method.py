@@ -176,6 +176,11 @@ def _trend(trend: TrendSummary) -> str:
             "hyperparameter and loading is a fleet's mean and a drive's own departure, whose "
             "shares are unknown."
         )
+        if trend.fleet.steady is not None:
+            told += (
+                " Drives whose wear follows a power of the hours alone are pooled beside those "
+                "whose pace wanders, by how much better their tests fit one or the other."
+            )
     if trend.temperature is not None:
         told += (
             " What 10 K change in each parameter is a Gaussian that the tests, which differ in "

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from hdprog.reporting.rounding import interval
+from hdprog.reporting.rounding import interval, percent
 from hdprog.reporting.sections.table import Cell, Row, Table, Value
 from hdprog.reporting.words import agree, counted, listed, spoken
-from hdprog.results import TrendSummary
+from hdprog.results import SteadyShare, TrendSummary
 
 
 def shrinkage(trend: TrendSummary) -> Table | None:
@@ -34,6 +34,7 @@ def shrinkage(trend: TrendSummary) -> Table | None:
         "is this drive's prior; its own tests move it from there, little where they say little. "
         "Beside it: what they would have made of the prior of any drive."
     )
+    caption += " " + _steady(fleet.steady, many)
     if fleet.left_out:
         left = len(fleet.left_out)
         caption += f" {counted(left, 'run')} {agree(left, 'was', 'were')} left out: " + "; ".join(
@@ -41,6 +42,24 @@ def shrinkage(trend: TrendSummary) -> Table | None:
         )
     columns = ("hyperparameter", "any drive", "this fleet", "this drive without it", "this drive")
     return Table.flat(caption, columns, rows, doubtful=not trend.converged)
+
+
+def _steady(found: SteadyShare | None, many: int) -> str:
+    if found is None:
+        return (
+            "None of these runs tells whether its drive's pace was steady: they were made by an "
+            "older version. Past the last test this drive's pace therefore wanders and rises as "
+            "that of any drive; run the others again to let them say."
+        )
+    told = ""
+    if found.told < many:
+        told = f" Only {found.told} of them {agree(found.told, 'tells', 'tell')} of it."
+    return (
+        "A pace is steady where wear follows a power of the hours and nothing else, neither now "
+        f"nor past the last test. By the fleet this drive's is with a chance of "
+        f"{percent(found.fleet)}, after its own tests of {percent(found.own)}; its random change "
+        "is then zero, and else as any drive's wanders." + told
+    )
 
 
 def _spread(levels: Mapping[float, float]) -> Cell:

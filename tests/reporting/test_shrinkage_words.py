@@ -1,0 +1,38 @@
+"""What a report says of a fleet whose drives' pace is steady, and of one that does not tell."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from hdprog.reporting.sections.shrinkage import shrinkage
+from hdprog.results import FleetShare, Shrinkage, SteadyShare
+from tests.reporting import drives
+
+
+def caption(steady: SteadyShare | None) -> str:
+    trend = drives.wearing(drives.LOST_MOTION, count=4).trend
+    assert trend is not None
+    levels = trend.hyperparameters["wear_rate"]
+    fleet = FleetShare(("a", "b", "c"), {"wear_rate": Shrinkage(levels, levels, levels)}, ())
+    table = shrinkage(replace(trend, fleet=replace(fleet, steady=steady)))
+    assert table is not None
+    return table.caption
+
+
+def test_the_chance_of_a_steady_pace_is_told_before_and_after_the_drives_own_tests() -> None:
+    said = caption(SteadyShare(3, 0.875, 0.62))
+    assert said.index("88") < said.index("62")
+    assert "of them tell" not in said
+
+
+@pytest.mark.parametrize(("told", "words"), [(1, "1 of them tells"), (2, "2 of them tell ")])
+def test_runs_that_do_not_tell_are_counted(told: int, words: str) -> None:
+    assert words in caption(SteadyShare(told, 0.7, 0.7))
+
+
+def test_runs_of_an_older_version_leave_any_drives_pace_and_the_report_says_so() -> None:
+    said = caption(None)
+    assert "made by an older version" in said
+    assert "as that of any drive" in said
