@@ -4,10 +4,10 @@ Every hyperparameter and loading is a standard normal deviate under the shipped 
 that of any drive of any fleet. Part of that spread is between fleets, the rest between the drives
 of one; for each deviate k of drive i
 
-    z_ik = M_k + ε_ik,   M_k ~ N(0, ρ_k),   ε_ik ~ N(0, 1 − ρ_k),   log(1 − ρ_k) uniform
+    z_ik = M_k + ε_ik,   M_k ~ N(0, ρ_k),   ε_ik ~ N(0, 1 − ρ_k)
 
-so that without other drives a drive's prior is the shipped one, and with many it is theirs: the
-shipped prior spans all makes and sizes, of which drives of one fleet may be a small part. Of
+so that without other drives a drive's prior is the shipped one, and with many it is theirs. The
+share ρ_k is uniform in (0, 1), or log(1 − ρ_k) is where drives of a fleet may hardly differ. Of
 another drive only what its tests say beyond its prior is used, exp(−½ zᵀΛz + ηᵀz), so no prior
 counts twice; pace of wear and loadings are kept together, for their product is known best. The
 posterior of M, ρ and the drives' z is drawn by Gibbs' sampler (the normal hierarchical model:
@@ -26,7 +26,12 @@ import numpy as np
 
 from hdprog.physics.parameters import NAMES, FloatArray
 
-_SHARES = 1.0 - np.geomspace(0.98, 0.005, 50)
+ANY_SHARE = np.linspace(0.02, 0.98, 49)
+"""Of the spread between fleets, each as likely: where pace wanders, drives of a fleet differ by
+what the model does not know of their wear; taken to be alike, simulated ones left the 50 %
+intervals."""
+HARDLY_DIFFERENT = 1.0 - np.geomspace(0.98, 0.005, 50)
+"""The same for drives whose wear is regular."""
 _WARM_UP, _SWEEPS = 200, 1500
 _CHANCE = 1e-3  # of a shift of the mean that is none
 _REACH = 2.0  # spreads of the prior within which draws of it can tell where a likelihood lies
@@ -118,8 +123,17 @@ class FleetPrior:
     chance: float = 0.0
 
     @staticmethod
-    def of(drives: Sequence[str], said: Sequence[Said]) -> FleetPrior:
-        """Pool what each of the drives said; the shipped prior where there is none."""
+    def of(
+        drives: Sequence[str], said: Sequence[Said], shares: FloatArray = ANY_SHARE
+    ) -> FleetPrior:
+        """Pool what each of the drives said; the shipped prior where there is none.
+
+        Parameters
+        ----------
+        drives : their ids
+        said : by each
+        shares : of the spread between fleets that may be, all as likely
+        """
         size = said[0].information.size
         rng = np.random.default_rng(_SEED)
         precision = np.stack([one.precision for one in said])
@@ -132,7 +146,7 @@ class FleetPrior:
             mean = own.sum(axis=0) / (1.0 - share) / weight
             centre = mean + rng.standard_normal(size) / np.sqrt(weight)
             own, centre = _move_fleet(precision, information, own - centre, share, rng)
-            share = _draw_shares(own, centre, rng)
+            share = _draw_shares(own, centre, shares, rng)
             if sweep >= _WARM_UP:
                 means.append(centre)
                 variances.append(1.0 - share)
@@ -207,11 +221,13 @@ def _move_fleet(
     return centre + departure, np.asarray(centre)
 
 
-def _draw_shares(own: FloatArray, centre: FloatArray, rng: np.random.Generator) -> FloatArray:
+def _draw_shares(
+    own: FloatArray, centre: FloatArray, shares: FloatArray, rng: np.random.Generator
+) -> FloatArray:
     """Draw ρ (k,) given the drives' deviates (drives, k) and the fleet's mean (k,)."""
     squares = ((own - centre) ** 2).sum(axis=0)
-    between, within = _SHARES[:, None], 1.0 - _SHARES[:, None]
+    between, within = shares[:, None], 1.0 - shares[:, None]
     log_density = -0.5 * (
         np.log(between) + centre**2 / between + len(own) * np.log(within) + squares / within
     )
-    return np.asarray(_SHARES[np.argmax(log_density + rng.gumbel(size=log_density.shape), axis=0)])
+    return np.asarray(shares[np.argmax(log_density + rng.gumbel(size=log_density.shape), axis=0)])

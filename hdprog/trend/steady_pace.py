@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hdprog.physics.parameters import NAMES, FloatArray
-from hdprog.trend.fleet import FleetPrior, Said
+from hdprog.trend.fleet import HARDLY_DIFFERENT, FleetPrior, Said
 
 CURVATURE, RATE_VOLATILITY = 2, 5
 """Places among `state_space.HYPERPARAMETERS` of those that a steady pace has not."""
@@ -71,7 +71,7 @@ def pooled_fleet(drives: Sequence[str], told: Sequence[Told]) -> FleetPrior:
         return pooled
     chance, own = steady_chance(np.array([one.log_odds for one in steady.values()]))
     counted = [one.said.times(share) for one, share in zip(steady.values(), own, strict=True)]
-    beside = FleetPrior.of(tuple(steady), counted)
+    beside = FleetPrior.of(tuple(steady), counted, HARDLY_DIFFERENT)
     return FleetPrior(pooled.drives, pooled.mean, pooled.covariance, beside, chance)
 
 

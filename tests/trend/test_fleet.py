@@ -6,17 +6,12 @@ import numpy as np
 import pytest
 
 from hdprog.physics.parameters import NAMES
-from hdprog.trend.fleet import FleetPrior, Said
+from hdprog.trend.fleet import ANY_SHARE, HARDLY_DIFFERENT, FleetPrior, Said
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters
 from hdprog.trend.wear_prior import read_wear_prior
 from hdprog.trend.what_tests_say import DEVIATES
 
 SIZE = len(DEVIATES)
-
-
-def some_shares(rng: np.random.Generator, size: int) -> np.ndarray:
-    """Shares of the spread between fleets, as the pooling expects them."""
-    return 1.0 - np.exp(rng.uniform(np.log(0.005), np.log(0.98), size=size))
 
 
 def exactly(value: np.ndarray, precision: float) -> Said:
@@ -57,19 +52,20 @@ def test_deviates_known_by_their_sum_alone_stay_together() -> None:
     assert np.sqrt(fleet.covariance[0, 0]) > 0.4
 
 
+@pytest.mark.parametrize("shares", [ANY_SHARE, HARDLY_DIFFERENT], ids=["any", "high"])
 @pytest.mark.parametrize("drives", [1, 3, 10])
-def test_the_next_drive_falls_where_the_fleet_says(drives: int) -> None:
+def test_the_next_drive_falls_where_the_fleet_says(drives: int, shares: np.ndarray) -> None:
     """Normal scores of the next drive's 40 deviates over 12 fleets; a false alarm in 1 000."""
     rng = np.random.default_rng(drives)
     scores, size = [], 40
     for _ in range(12):
-        share = some_shares(rng, size)
+        share = rng.choice(shares, size=size)
         mean = np.sqrt(share) * rng.standard_normal(size)
         own = mean + np.sqrt(1 - share) * rng.standard_normal((drives + 1, size))
         precision = np.exp(rng.uniform(-1, 3, size=(drives, size)))
         told = own[:-1] + rng.standard_normal((drives, size)) / np.sqrt(precision)
         said = [Said(np.diag(p), p * y) for y, p in zip(told, precision, strict=True)]
-        fleet = FleetPrior.of([str(n) for n in range(drives)], said)
+        fleet = FleetPrior.of([str(n) for n in range(drives)], said, shares)
         scores.extend((own[-1] - fleet.mean) / np.sqrt(np.diag(fleet.covariance)))
     found = np.array(scores)
     error = 3.3 / np.sqrt(found.size)
@@ -127,7 +123,7 @@ def test_the_wear_prior_takes_the_fleets_place() -> None:
 
 def weak_fleet(rng: np.random.Generator, drives: int) -> tuple[np.ndarray, FleetPrior]:
     """The next drive's deviates, and what drives made of them that know theirs hardly at all."""
-    share = some_shares(rng, SIZE)
+    share = rng.uniform(size=SIZE)
     mean = np.sqrt(share) * rng.standard_normal(SIZE)
     own = mean + np.sqrt(1 - share) * rng.standard_normal((drives + 1, SIZE))
     precision = np.exp(rng.uniform(np.log(0.03), np.log(0.3), size=(drives, SIZE)))
