@@ -174,4 +174,4 @@ def test_readings_of_a_short_record_set_aside_are_out() -> None:
     np.testing.assert_array_equal(reduced.path.torque, torque[kept])
     assert reduced.path.starts.tolist() == [0, 19, 38]
     assert reduced.path.reversal_torque is not None
-    assert reduced.path.reversal_torque[0] == 40
+    assert reduced.path.reversal_torque[0] == pytest.approx(40)
