@@ -18,6 +18,7 @@ from hdprog.trend.fleet import FleetPrior, Said
 from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.steady_pace import SteadySaid, Told, pooled_fleet
+from hdprog.trend.trend import Trend
 from hdprog.trend.wear_clock import hours_by_load, pace_of_load
 from hdprog.trend.wear_prior import WearPrior
 
@@ -53,31 +54,7 @@ def outlook(
     seeds : of the trend, and of the forecasts
     quick : fewer draws
     """
-    followed = None
-    if lasting:
-        found = [(one.likelihood.reduced.course.scales, one.effect_values) for one in posteriors]
-        followed = FollowedEffects.of(lasting, found)
-    hours = [test.service_hours for test in folder.tests]
-    by_load = hours_by_load(
-        hours,
-        [test.mean_torque_Nm for test in folder.tests],
-        [test.mean_speed_rpm for test in folder.tests],
-    )
-    evidence = tuple(
-        FittedLoop.of(posterior, test.service_hours, test.event, test.temperature_C, load, followed)
-        for test, posterior, load in zip(
-            folder.tests, posteriors, by_load or [None] * len(hours), strict=True
-        )
-    )
-    trend = fit_trend(
-        evidence,
-        posteriors[0].prior,
-        wear_prior if others is None else wear_prior.learnt_from(pooled(others)),
-        np.random.default_rng(seeds[0]),
-        quick=quick,
-        alpha=folder.drive.alpha,
-        followed=followed,
-    )
+    trend = _trend(folder, posteriors, lasting, wear_prior, others, seeds[0], quick)
     rng = np.random.default_rng(seeds[1])
     operation = posteriors[0].operation
     forecasts = forecast(trend, folder.drive, operation, rng)
@@ -98,6 +75,58 @@ def outlook(
     if summary.fleet is not None and others is not None:
         summary = replace(summary, fleet=replace(summary.fleet, left_out=others.left_out))
     return Outlook(summary, forecasts, scenarios)
+
+
+def forecasts_beside(
+    folder: DriveFolder,
+    posteriors: tuple[Posterior, ...],
+    wear_prior: WearPrior,
+    others: FinishedRuns | None,
+    seeds: Sequence[np.random.SeedSequence],
+) -> tuple[Forecast, ...]:
+    """Forecasts alone, for comparison, over posteriors without effects; from fewer draws.
+
+    Parameters as in `outlook`.
+    """
+    trend = _trend(folder, posteriors, (), wear_prior, others, seeds[0], quick=True)
+    rng = np.random.default_rng(seeds[1])
+    return forecast(trend, folder.drive, posteriors[0].operation, rng)
+
+
+def _trend(
+    folder: DriveFolder,
+    posteriors: tuple[Posterior, ...],
+    lasting: tuple[Effect, ...],
+    wear_prior: WearPrior,
+    others: FinishedRuns | None,
+    seed: np.random.SeedSequence,
+    quick: bool,
+) -> Trend:
+    followed = None
+    if lasting:
+        found = [(one.likelihood.reduced.course.scales, one.effect_values) for one in posteriors]
+        followed = FollowedEffects.of(lasting, found)
+    hours = [test.service_hours for test in folder.tests]
+    by_load = hours_by_load(
+        hours,
+        [test.mean_torque_Nm for test in folder.tests],
+        [test.mean_speed_rpm for test in folder.tests],
+    )
+    evidence = tuple(
+        FittedLoop.of(posterior, test.service_hours, test.event, test.temperature_C, load, followed)
+        for test, posterior, load in zip(
+            folder.tests, posteriors, by_load or [None] * len(hours), strict=True
+        )
+    )
+    return fit_trend(
+        evidence,
+        posteriors[0].prior,
+        wear_prior if others is None else wear_prior.learnt_from(pooled(others)),
+        np.random.default_rng(seed),
+        quick=quick,
+        alpha=folder.drive.alpha,
+        followed=followed,
+    )
 
 
 def pooled(others: FinishedRuns) -> FleetPrior:

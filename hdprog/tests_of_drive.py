@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from hdprog.data.drive_folder import DriveFolder, DriveTest
 from hdprog.data.loop import Loop
 from hdprog.discovery.explain import Closed, explain, sample_both
 from hdprog.discovery.search import Traced, trace
-from hdprog.inference.fit_loop import QUICK, SamplingPlan, fit_loop
+from hdprog.inference.fit_loop import SamplingPlan, fit_loop
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare
 from hdprog.inference.priors import Prior
@@ -21,7 +21,6 @@ from hdprog.parallel import process_executor
 from hdprog.results import TestResult
 
 Progress = Callable[[str, int, int], None]
-_BESIDE = replace(QUICK, most_steps=2000)  # a model that misfits: many hardly ever converge
 
 
 @dataclass(frozen=True)
@@ -135,7 +134,7 @@ def _close(
     traced: Traced, test: DriveTest, seed: np.random.SeedSequence, plan: SamplingPlan
 ) -> Closed:
     rng = np.random.default_rng(seed)
-    posteriors = sample_both(traced, rng, plan=plan, plan_before=_BESIDE)
+    posteriors = sample_both(traced, rng, plan=plan)
     return explain(
         traced,
         posteriors,

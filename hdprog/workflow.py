@@ -22,7 +22,6 @@ from hdprog.errors import UsageError
 from hdprog.explanation import DriveExplanation
 from hdprog.inference.fit_loop import FULL, QUICK, fit_loop
 from hdprog.inference.five_points import identify_record
-from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import RecordScales
@@ -181,7 +180,7 @@ def explain(
         traced = trace([prepared], [entropy], spread=spread, inner=spread)[0]
         if progress is not None:
             progress("sampling", 0, 1)
-        posteriors = sample_both(traced, rng, plan=plan, plan_before=QUICK, spread=spread)
+        posteriors = sample_both(traced, rng, plan=plan, spread=spread)
     closed = explain_loop(traced, posteriors, rng, test_id=_stem(loop))
     requests = figure_requests(drive, prepared.operation)
     result = DriveResult(
@@ -231,7 +230,7 @@ def run(
         for anything in the folder that cannot be used, or a fleet without a finished run
     """
     from hdprog.forecast.crossing import require_horizon_ahead
-    from hdprog.outlook_of_drive import outlook
+    from hdprog.outlook_of_drive import forecasts_beside, outlook
     from hdprog.trend.wear_prior import read_wear_prior
 
     _require_loads(loads)
@@ -271,27 +270,21 @@ def run(
     started = time.perf_counter()
     worn = () if explanation is None else _brought_by_wear(explanation)
     compared = explanation is not None and bool(explanation.effects) and bool(folder.drive.limits)
-    looked_at: list[tuple[tuple[Posterior, ...], tuple[Effect, ...], Sequence[float]]]
-    looked_at = [(posteriors, worn, loads), *([(before, (), ())] if compared else [])]
+    of_drive = (wear_prior, others, seeds[-2:])
     with process_executor(workers if compared else 1) as executor:
-        spread = map if executor is None else executor.map
-        count = len(looked_at)
-        outlooks = list(
-            spread(
-                outlook,
-                [folder] * count,
-                *zip(*looked_at, strict=True),
-                [wear_prior] * count,
-                [others] * count,
-                [seeds[-2:]] * count,
-                [quick] * count,
-            )
-        )
-    found = outlooks[0]
+        aside = None
+        if executor is not None:
+            aside = executor.submit(forecasts_beside, folder, before, *of_drive)
+        found = outlook(folder, posteriors, worn, loads, *of_drive, quick)
+        without = found.forecasts
+        if aside is not None:
+            without = aside.result()
+        elif compared:
+            without = forecasts_beside(folder, before, *of_drive)
     if explanation is not None:
         explanation = replace(
             explanation,
-            remaining_hours_before=_remaining(outlooks[-1].forecasts),
+            remaining_hours_before=_remaining(without),
             remaining_hours_after=_remaining(found.forecasts),
         )
     seconds["outlook"] = time.perf_counter() - started

@@ -41,6 +41,7 @@ _MOST_STEPS = 7
 _LIKE_NOISE = ("time", "order")
 _STRUCTURE = 2.0  # log evidence below which nothing is worth a thorough search
 _PROMISING = 4  # candidates that are searched thoroughly where one leads clearly
+_OUT_OF_REACH = 0.5  # log evidence below which a thorough search has not lifted any to the fore
 
 
 @dataclass(frozen=True)
@@ -214,7 +215,8 @@ def _step(
         # Where one candidate does as well as a free function, few others need a second look.
         leading = sorted(gains, key=lambda name: -gains[name])
         clear = best > max(empirical, THRESHOLD)
-        again = {name: models[name] for name in leading[: _PROMISING if clear else 2 * _PROMISING]}
+        leading = leading[: _PROMISING if clear else 2 * _PROMISING]
+        again = {name: models[name] for name in leading if gains[name] > _OUT_OF_REACH}
         for name, found in refits_again(model, again, rng, spread=spread).items():
             models[name] = max(models[name], found, key=lambda one: one.log_evidence)
     return Step(model, models, terms)

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg.lapack import dpotrf, dtrtrs
 from scipy.optimize import minimize
 
 from hdprog.discovery.model import Model
@@ -59,13 +60,13 @@ class _Evidence:
         inner = self._gram - self._crossed.T @ (share[:, None] * self._crossed)
         inner /= variance
         inner[np.diag_indices_from(inner)] += 1.0
-        try:
-            factor = np.linalg.cholesky(inner)
-        except np.linalg.LinAlgError:
+        # Small matrices many times: LAPACK itself, without the checks around it.
+        factor, failed = dpotrf(inner, lower=1)
+        if failed:
             return -np.inf
-        solved = np.linalg.solve(factor, pull) / variance
+        solved = dtrtrs(factor, pull, lower=1)[0] / variance
         log_det = self._rows * 2 * log_s + np.log1p(ratio * self._strength).sum()
-        log_det += 2 * np.log(np.diag(factor)).sum()
+        log_det += 2 * np.log(factor.diagonal()).sum()
         return float(-0.5 * (squares / variance - solved @ solved + log_det))
 
 
@@ -81,17 +82,18 @@ def term_gains(model: Model) -> Mapping[str, TermGain]:
     choices = [(model.likelihood, 0.0)]
     if model.likelihood.noise.log_ratio is not None:
         choices.append((white, _white_loss(model, white)))
+    tangents = [(_Tangent.of(likelihood, model), loss) for likelihood, loss in choices]
     for name, values in coordinates(course).items():
         if name == "order" and course.path.starts.size >= _REPEATS:
             continue
         low, high = float(values.min()), float(values.max())
         basis = basis_of(name, low, high, course)
-        for likelihood, loss in choices:
-            sd, length, gain = _best(likelihood, model, basis)
+        for tangent, loss in tangents:
+            sd, length, gain = tangent.best(basis)
             gain -= loss + TERM_PENALTY
             if name not in found or gain > found[name].gain:
                 term = SmoothTerm(name, low, high, sd, length)
-                found[name] = TermGain(term, gain, likelihood is white)
+                found[name] = TermGain(term, gain, tangent.likelihood is white)
     return found
 
 
@@ -103,52 +105,72 @@ def _white_loss(model: Model, white: LoopLikelihood) -> float:
     return model.log_evidence - Model(white, (start,)).log_evidence
 
 
-def _best(
-    likelihood: LoopLikelihood, model: Model, basis: FloatArray
-) -> tuple[float, float, float]:
-    """Size, length and gain of log marginal likelihood of the best term in a basis."""
-    residual, derivative = likelihood.jacobian(model.start.point)
-    prior_sd = likelihood.prior_sd
-    data = residual + derivative @ (likelihood.prior_mean - model.start.point)
-    smooth = likelihood.project(basis.T.copy()).T
-    own = derivative * prior_sd
-    repeated = basis.shape[1] // FEATURES
-    log_s = 0.5 * np.log(float(residual @ residual) / residual.size)
+@dataclass(frozen=True)
+class _Tangent:
+    """A likelihood that is linearised about a model's mode.
 
-    alone = _Evidence(own, np.zeros((data.size, 0)), data)
+    Attributes
+    ----------
+    likelihood : with its noise
+    data : (blocks,) what the prior's centre leaves
+    own : (blocks, size) columns of the model's coordinates, in prior standard deviations
+    log_scale, without : start of the noise scale's log; −log marginal likelihood without a term
+    """
 
-    def loss_without(x: FloatArray) -> float:
-        return -alone.log_marginal(0.0, float(x[0]))
+    likelihood: LoopLikelihood
+    data: FloatArray
+    own: FloatArray
+    log_scale: float
+    without: float
 
-    without = minimize(
-        loss_without,
-        np.array([log_s]),
-        method="Nelder-Mead",
-        options={"maxiter": 15, "xatol": 0.01, "fatol": 0.05},
-    )
-    typical = float(np.median(likelihood.noise.white_sd))
-    best = (0.0, LENGTHS[0], -np.inf)
-    shortest = _READINGS_A_LENGTH * repeated / residual.size
-    for length in LENGTHS:
-        if length < shortest and length != LENGTHS[0]:
-            continue
-        evidence = _Evidence(own, smooth * np.tile(spectrum(length), repeated), data)
+    @staticmethod
+    def of(likelihood: LoopLikelihood, model: Model) -> _Tangent:
+        """About the model's mode."""
+        residual, derivative = likelihood.jacobian(model.start.point)
+        data = residual + derivative @ (likelihood.prior_mean - model.start.point)
+        own = derivative * likelihood.prior_sd
+        log_s = 0.5 * np.log(float(residual @ residual) / residual.size)
+        alone = _Evidence(own, np.zeros((data.size, 0)), data)
 
-        def loss(x: FloatArray, evidence: _Evidence = evidence) -> float:
-            if x[0] < _LEAST_LOG_SCALE:
-                return np.inf
-            return -evidence.log_marginal(typical * float(np.exp(x[1] + x[0])), float(x[0]))
+        def loss(x: FloatArray) -> float:
+            return -alone.log_marginal(0.0, float(x[0]))
 
-        screened = min((1.5, -0.5), key=lambda log_size: loss(np.array([log_s, log_size])))
         found = minimize(
             loss,
-            np.array([log_s, screened]),
+            np.array([log_s]),
             method="Nelder-Mead",
-            options={"maxiter": 30, "xatol": 0.02, "fatol": 0.05},
+            options={"maxiter": 15, "xatol": 0.01, "fatol": 0.05},
         )
-        if without.fun - found.fun > best[2]:
-            best = (typical * float(np.exp(found.x[1])), length, float(without.fun - found.fun))
-    return best
+        return _Tangent(likelihood, data, own, float(log_s), float(found.fun))
+
+    def best(self, basis: FloatArray) -> tuple[float, float, float]:
+        """Size, length and gain of log marginal likelihood of the best term in a basis."""
+        smooth = self.likelihood.project(basis.T.copy()).T
+        repeated = basis.shape[1] // FEATURES
+        typical = float(np.median(self.likelihood.noise.white_sd))
+        best = (0.0, LENGTHS[0], -np.inf)
+        shortest = _READINGS_A_LENGTH * repeated / self.data.size
+        for length in LENGTHS:
+            if length < shortest and length != LENGTHS[0]:
+                continue
+            evidence = _Evidence(self.own, smooth * np.tile(spectrum(length), repeated), self.data)
+
+            def loss(x: FloatArray, evidence: _Evidence = evidence) -> float:
+                if x[0] < _LEAST_LOG_SCALE:
+                    return np.inf
+                return -evidence.log_marginal(typical * float(np.exp(x[1] + x[0])), float(x[0]))
+
+            starts = [np.array([self.log_scale, log_size]) for log_size in (1.5, -0.5)]
+            found = minimize(
+                loss,
+                min(starts, key=loss),
+                method="Nelder-Mead",
+                options={"maxiter": 30, "xatol": 0.02, "fatol": 0.05},
+            )
+            gain = self.without - float(found.fun)
+            if gain > best[2]:
+                best = (typical * float(np.exp(found.x[1])), length, gain)
+        return best
 
 
 def with_term(model: Model, gain: TermGain) -> Model:
@@ -162,7 +184,7 @@ def with_term(model: Model, gain: TermGain) -> Model:
         basis = basis_of(
             gain.term.coordinate, gain.term.low, gain.term.high, likelihood.reduced.course
         )
-        sd, length, _ = _best(other.likelihood, other, basis)
+        sd, length, _ = _Tangent.of(other.likelihood, other).best(basis)
         better = _joined(other, noise, replace(gain.term, sd=sd, length=length))
         if better.log_evidence <= best.log_evidence:
             break

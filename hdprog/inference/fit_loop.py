@@ -47,6 +47,7 @@ class SamplingPlan:
     Attributes
     ----------
     required_ess : bulk and tail effective draws of every parameter
+    lengths : of the chains, in autocorrelation times
     warm_up_steps : lengths of the warm-up's parts; behind each the proposal is fitted anew
     temperatures : of the likelihood in each of them, the last for the last: walkers begin wide, so
         that shelves and modes beside the main one are seen and proposed
@@ -58,6 +59,7 @@ class SamplingPlan:
     """
 
     required_ess: float = 1000.0
+    lengths: float = LENGTHS
     warm_up_steps: tuple[int, ...] = (100, 40, 80)
     temperatures: tuple[float, ...] = (4.0, 2.0, 1.0)
     components: tuple[int, ...] = (3, 6, 10)
@@ -284,7 +286,7 @@ def sample_until_converged(
             warm_up, refits = steps_done, refits + 1
             ridge, accepted, states = advance(plan.first_steps * refits, mixture)
             continue
-        wanted = max(plan.first_steps, math.ceil(LENGTHS * tau))
+        wanted = max(plan.first_steps, math.ceil(plan.lengths * tau))
         if progress is not None:
             progress("sampling", min(total, wanted), wanted)
         if total >= wanted or steps_done >= plan.most_steps:

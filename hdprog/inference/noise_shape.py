@@ -8,7 +8,9 @@ averaged over all of them, each with the weight of its restricted likelihood.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
@@ -137,37 +139,66 @@ def fit_noise(
     )
     if white.deviance - found.fun < chi2.isf(FALSE_ALARM_RATE, 2):
         return NoiseModel.white(sd)
-    shapes = _shapes_about(found.x, bounds)
-    correlated = mean_variance * _averaged(shapes, [seen(shape) for shape in shapes], position)
+    axes = _axes_about(found.x, bounds)
+    correlated = mean_variance * _averaged(axes, _seen_about(found.x, axes, seen), position)
     log_ratio, log_length = (float(value) for value in found.x)
     return NoiseModel.white(sd).with_decaying(
         correlated, log_ratio, float(np.exp(log_length)), position
     )
 
 
-def _shapes_about(best: FloatArray, bounds: list[tuple[float, float]]) -> FloatArray:
-    """(shapes, 2) logs of ratio and length on a grid inside the bounds, the best among them."""
+def _axes_about(
+    best: FloatArray, bounds: list[tuple[float, float]]
+) -> tuple[FloatArray, FloatArray]:
+    """Logs of ratio and of length of a grid inside the bounds, the best among them."""
     ratio = best[0] + np.arange(-_RATIO_REACH, _RATIO_REACH + _RATIO_STEP / 2, _RATIO_STEP)
     ratio = ratio[(ratio >= bounds[0][0]) & (ratio <= bounds[0][1])]
     reach = bounds[1][1] - bounds[1][0]
     length = best[1] + _LENGTH_STEP * np.arange(-reach // _LENGTH_STEP, reach // _LENGTH_STEP + 2)
     length = length[(length >= bounds[1][0]) & (length <= bounds[1][1])]
-    return np.stack(np.meshgrid(ratio, length), axis=-1).reshape(-1, 2)
+    return ratio, length
 
 
-def _averaged(shapes: FloatArray, seen: list[_Restricted], position: FloatArray) -> FloatArray:
+def _seen_about(
+    best: FloatArray,
+    axes: tuple[FloatArray, FloatArray],
+    seen: Callable[[FloatArray], _Restricted],
+) -> list[list[_Restricted]]:
+    """Every length's shapes by ratio, from the best one outwards as far as any has weight."""
+    ratio, length = axes
+    found = [[_IMPOSSIBLE] * ratio.size for _ in length]
+    first = (int(np.argmin(np.abs(length - best[1]))), int(np.argmin(np.abs(ratio - best[0]))))
+    least, waiting, met = np.inf, [first], {first}
+    while waiting:
+        row, column = waiting.pop()
+        one = seen(np.array([ratio[column], length[row]]))
+        found[row][column] = one
+        least = min(least, one.deviance)
+        if np.exp(-0.5 * (one.deviance - least)) <= _LEAST_WEIGHT:
+            continue
+        for near in product((row - 1, row, row + 1), (column - 1, column, column + 1)):
+            inside = 0 <= near[0] < length.size and 0 <= near[1] < ratio.size
+            if inside and near not in met:
+                met.add(near)
+                waiting.append(near)
+    return found
+
+
+def _averaged(
+    axes: tuple[FloatArray, FloatArray], seen: list[list[_Restricted]], position: FloatArray
+) -> FloatArray:
     """(blocks, blocks) correlated covariance over that of the white part, averaged over shapes."""
-    deviance = np.array([one.deviance for one in seen])
-    variance = np.array([one.variance for one in seen])
+    ratio, length = axes
+    deviance = np.array([[one.deviance for one in row] for row in seen])
+    variance = np.array([[one.variance for one in row] for row in seen])
     likelihood = np.exp(-0.5 * (deviance - deviance.min()))
-    kept = likelihood > _LEAST_WEIGHT
-    weight = (likelihood * variance)[kept]
+    rows, columns = np.nonzero(likelihood > _LEAST_WEIGHT)
+    weight = likelihood[rows, columns] * variance[rows, columns]
     weight /= weight.sum()
     distance = np.abs(position[:, None] - position[None, :])
     total = np.zeros_like(distance)
     # Shapes of one length differ by a factor only.
-    lengths, which = np.unique(shapes[kept, 1], return_inverse=True)
-    factors = np.bincount(which, weights=weight * np.exp(shapes[kept, 0]))
-    for length, factor in zip(lengths, factors, strict=True):
-        total += factor * np.exp(-distance / np.exp(length))
+    factors = np.bincount(rows, weights=weight * np.exp(ratio[columns]), minlength=length.size)
+    for row in np.flatnonzero(factors):
+        total += factors[row] * np.exp(-distance / np.exp(length[row]))
     return total
