@@ -264,7 +264,7 @@ def _run_one(order: Order, command: str, workers: int | None) -> LeftOut | None:
     except (HdprogError, OSError) as error:
         return LeftOut(order.name, str(error))
     order.out.parent.mkdir(parents=True, exist_ok=True)
-    outcome.write(order.out, command)
+    outcome.write(order.out, command, workers)
     atomic_write_text(order.out / _KEY, order.key + "\n")
     return None
 

@@ -16,6 +16,7 @@ from hdprog.config import ReportSettings
 from hdprog.errors import UsageError
 from hdprog.explanation import DriveExplanation, ErrorFigures, Explanation, FoundEffect
 from hdprog.inference.posterior import Posterior
+from hdprog.parallel import process_executor
 from hdprog.results import DriveResult, Forecast, TestResult, TrendSummary
 
 if TYPE_CHECKING:
@@ -102,12 +103,64 @@ class Outcome:
 
     def idata_of(self, test_id: str) -> InferenceData:
         """Draws of one test as an ArviZ InferenceData."""
-        from hdprog.inference.inference_data import inference_data
-
         names = [test.test_id for test in self.tests]
         if test_id not in names:
             raise UsageError(f"idata_of: found {test_id!r}, expected one of {', '.join(names)}")
         posterior = self.posteriors[names.index(test_id)]
+        return _with_draws(posterior, *self._origin(posterior))
+
+    def summary(self) -> dict[str, Any]:
+        """Content of summary.json (schema hdprog.summary/1)."""
+        from hdprog.reporting.summary import summary_json
+
+        return summary_json(self.result)
+
+    def write(
+        self, out: str | Path, command: str = "Python API", workers: int | None = None
+    ) -> None:
+        """Write the JSON files, report.html and the posteriors, whole or not at all.
+
+        Parameters
+        ----------
+        out : the folder
+        command : as typed, for the provenance
+        workers : processes; one a core if None
+        """
+        from hdprog.reporting.build import build_report
+        from hdprog.reporting.explain_json import explain_json
+
+        provenance = replace(self.result.provenance, command=command)
+        stamped = replace(self, result=replace(self.result, provenance=provenance))
+        several = len(self.tests) > 1
+        with (
+            atomic_directory(Path(out)) as folder,
+            process_executor(workers if several else 1) as executor,
+        ):
+            spread = map if executor is None else executor.map
+            if not self.single:
+                (folder / "posteriors").mkdir()
+            names = [
+                "posterior.nc" if self.single else f"posteriors/{test.test_id}.nc"
+                for test in self.tests
+            ]
+            each = [
+                (posterior, *stamped._origin(posterior), folder / name)
+                for posterior, name in zip(self.posteriors, names, strict=True)
+            ]
+            saved = spread(_save, *zip(*each, strict=True))
+            summary = json.dumps(stamped.summary(), indent=1, allow_nan=False)
+            (folder / "summary.json").write_text(summary + "\n", "utf-8")
+            catalogue = self.posteriors[0].prior.catalogue
+            report = build_report(stamped.result, catalogue, spread=spread)
+            (folder / "report.html").write_text(report, "utf-8")
+            if self.result.explanation is not None:
+                explained = json.dumps(explain_json(stamped.result), indent=1, allow_nan=False)
+                (folder / "explain.json").write_text(explained + "\n", "utf-8")
+            for _ in saved:  # a failure in a worker is raised here
+                pass
+
+    def _origin(self, posterior: Posterior) -> tuple[int, dict[str, Any]]:
+        """Seed of prior and predictive draws, and where a posterior comes from."""
         provenance = self.result.provenance
         attributes = {
             "hdprog_version": provenance.hdprog_version,
@@ -116,38 +169,19 @@ class Outcome:
             "source_file": posterior.loop.source,
             "source_sha256": posterior.loop.sha256,
         }
-        rng = np.random.default_rng(provenance.seed or 0)  # of prior and predictive draws only
-        return inference_data(posterior, rng, attributes)
+        return provenance.seed or 0, attributes
 
-    def summary(self) -> dict[str, Any]:
-        """Content of summary.json (schema hdprog.summary/1)."""
-        from hdprog.reporting.summary import summary_json
 
-        return summary_json(self.result)
+def _with_draws(posterior: Posterior, seed: int, attributes: dict[str, Any]) -> InferenceData:
+    from hdprog.inference.inference_data import inference_data
 
-    def write(self, out: str | Path, command: str = "Python API") -> None:
-        """Write the JSON files, report.html and the posteriors, whole or not at all."""
-        from hdprog.reporting.build import build_report
-        from hdprog.reporting.explain_json import explain_json
+    return inference_data(posterior, np.random.default_rng(seed), attributes)
 
-        provenance = replace(self.result.provenance, command=command)
-        stamped = replace(self, result=replace(self.result, provenance=provenance))
-        with atomic_directory(Path(out)) as folder:
-            summary = json.dumps(stamped.summary(), indent=1, allow_nan=False)
-            (folder / "summary.json").write_text(summary + "\n", "utf-8")
-            (folder / "report.html").write_text(
-                build_report(stamped.result, self.posteriors[0].prior.catalogue), "utf-8"
-            )
-            if self.result.explanation is not None:
-                explained = json.dumps(explain_json(stamped.result), indent=1, allow_nan=False)
-                (folder / "explain.json").write_text(explained + "\n", "utf-8")
-            if not self.single:
-                (folder / "posteriors").mkdir()
-            for test in self.tests:
-                name = "posterior.nc" if self.single else f"posteriors/{test.test_id}.nc"
-                stamped.idata_of(test.test_id).to_netcdf(
-                    str(folder / name), engine="h5netcdf", compress=False
-                )
+
+def _save(posterior: Posterior, seed: int, attributes: dict[str, Any], path: Path) -> None:
+    """Write a posterior as netCDF."""
+    draws = _with_draws(posterior, seed, attributes)
+    draws.to_netcdf(str(path), engine="h5netcdf", compress=False)
 
 
 @dataclass(frozen=True)

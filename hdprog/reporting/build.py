@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import jinja2
 
+from hdprog.config import ReportSettings
 from hdprog.reporting import outlook
 from hdprog.reporting.drive_name import drive_name, is_declared
 from hdprog.reporting.figures.loop_panel import PanelScales, loop_panel
@@ -48,29 +50,41 @@ class Panel:
     picture: Picture
 
 
-def build_report(result: DriveResult, catalogue: Mapping[str, float] | None = None) -> str:
+def build_report(
+    result: DriveResult,
+    catalogue: Mapping[str, float] | None = None,
+    spread: Callable[..., Iterable[Any]] = map,
+) -> str:
     """Report of a drive as HTML, without anything to fetch and without scripts.
 
     Parameters
     ----------
     result : a run's, or a single fit's (no forecasts)
     catalogue : the maker's figures by their keys (e.g. `K1_Nm_per_rad`), shown beside the tests'
+    spread : map over the tests' pictures, e.g. an executor's
     """
     with house_style(), shown_in(result.drive.report):
-        return _page(result, catalogue or {})
+        scales, count = PanelScales.of(result.tests), len(result.tests)
+        panels = spread(_panel, result.tests, [scales] * count, [result.drive.report] * count)
+        return _page(result, catalogue or {}, scales, panels)
 
 
-def _page(result: DriveResult, catalogue: Mapping[str, float]) -> str:
+def _page(
+    result: DriveResult,
+    catalogue: Mapping[str, float],
+    scales: PanelScales,
+    panels: Iterable[Panel],
+) -> str:
     """Report under the house style, in the reader's units."""
-    scales, main = PanelScales.of(result.tests), outlook.overall(result.forecasts)
+    main = outlook.overall(result.forecasts)
     pictures = {
         "life": _life(result),
         "trends": _trends(result),
         "effects": effects.effects(result.explanation),
         "overlay": loops_overlay(result.tests, scales) if len(result.tests) > 1 else None,
-        "panels": [_panel(test, scales) for test in result.tests],
         "against_prior": _of_draws(result, prior_posterior),
         "ridge": _of_draws(result, ridge_pairs),
+        "panels": list(panels),
     }
     trend, said = result.trend, verdict(result)
     limited = [limit.key for limit in result.drive.limits]
@@ -149,10 +163,12 @@ def _trends(result: DriveResult) -> list[tuple[str, Picture]]:
     ]
 
 
-def _panel(test: TestResult, scales: PanelScales) -> Panel:
+def _panel(test: TestResult, scales: PanelScales, settings: ReportSettings) -> Panel:
     parts = [f"Test {test.test_id}, {tests.when(test)}", test.event or ""]
     title = ", ".join(part for part in parts if part)
-    return Panel(title, test.note or "", not test.converged, loop_panel(test, scales))
+    with house_style(), shown_in(settings):  # a worker starts without them
+        picture = loop_panel(test, scales)
+    return Panel(title, test.note or "", not test.converged, picture)
 
 
 def _subtitle(result: DriveResult) -> str:

@@ -63,7 +63,7 @@ def run_here(order: Order, say: Say) -> None:
         order.folder, quick=order.quick, workers=order.processes, progress=progress
     )
     say("writing the reports", 0.92)
-    outcome.write(order.out, order.command)
+    outcome.write(order.out, order.command, order.processes)
     write_test_reports(outcome, order.out / "tests")
     write_pictures(outcome.result, order.out / "pictures")
 
