@@ -198,20 +198,18 @@ def _backtest(
     folder, drive, prior, count = read.folder, read.folder.drive, read.prior, len(read.loops)
     seeds = np.random.SeedSequence(list(entropy)).spawn(2 * count)
     plan: SamplingPlan = QUICK if quick else FULL
-    fitted = fit_tests(
-        folder, read.loops, prior, seeds[:count], plan, workers=workers, progress=progress
-    )
-    posteriors = [one.posterior for one in fitted]
-    operation = posteriors[0].operation
-    evidence = _evidence(folder, posteriors)
-    seen = [
-        seen_test(test.test_id, one, drive.limits, prior, operation)
-        for test, one in zip(folder.tests, evidence, strict=True)
-    ]
     wear_prior, origins = read_wear_prior(), []
-    # A test at the hours of the last one has nothing after it.
-    known = [n for n in range(1, count) if seen[n - 1].service_hours < seen[-1].service_hours]
     with process_executor(workers) as executor:
+        fitted = fit_tests(folder, read.loops, prior, seeds[:count], plan, executor, progress)
+        posteriors = [one.posterior for one in fitted]
+        operation = posteriors[0].operation
+        evidence = _evidence(folder, posteriors)
+        seen = [
+            seen_test(test.test_id, one, drive.limits, prior, operation)
+            for test, one in zip(folder.tests, evidence, strict=True)
+        ]
+        # A test at the hours of the last one has nothing after it.
+        known = [n for n in range(1, count) if seen[n - 1].service_hours < seen[-1].service_hours]
         spread = map if executor is None else executor.map
         same = [[one] * len(known) for one in (seen, drive, prior, wear_prior, operation)]
         for done in spread(

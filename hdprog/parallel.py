@@ -6,11 +6,13 @@ import multiprocessing
 import os
 import signal
 import sys
-from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
+from typing import Any, TypeVar
 
 _single_thread: object = None
+Result = TypeVar("Result")
 
 
 def cores() -> int:
@@ -54,6 +56,17 @@ def process_executor(workers: int | None = None) -> Iterator[Executor | None]:
         raise
     finally:
         executor.shutdown(wait=True, cancel_futures=True)
+
+
+def begin(
+    executor: Executor | None, function: Callable[..., Result], *arguments: Any
+) -> Future[Result]:
+    """Begin a call in a worker, or do it here and now where there is no executor."""
+    if executor is not None:
+        return executor.submit(function, *arguments)
+    done: Future[Result] = Future()
+    done.set_result(function(*arguments))
+    return done
 
 
 def _prepare_worker() -> None:

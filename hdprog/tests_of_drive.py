@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from hdprog.config import Drive
 from hdprog.data.drive_folder import DriveFolder, DriveTest
 from hdprog.data.loop import Loop
-from hdprog.discovery.explain import Closed, explain, sample_both
+from hdprog.discovery.explain import Closed, explain, sample_base, sample_final
 from hdprog.discovery.search import Traced, trace
 from hdprog.inference.fit_loop import SamplingPlan, fit_loop
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare
 from hdprog.inference.priors import Prior
 from hdprog.inference.summarise import figure_requests, summarise
-from hdprog.parallel import process_executor
 from hdprog.results import TestResult
 
 Progress = Callable[[str, int, int], None]
@@ -49,8 +50,7 @@ def fit_tests(
     prior: Prior,
     seeds: Sequence[np.random.SeedSequence],
     plan: SamplingPlan,
-    *,
-    workers: int | None = None,
+    executor: Executor | None,
     progress: Progress | None = None,
 ) -> list[FittedTest]:
     """Fit every test with the drive model alone.
@@ -62,56 +62,82 @@ def fit_tests(
     prior : shared by the tests
     seeds : one a test, so that the result does not depend on the workers
     plan : how long to sample
-    workers : processes; one a core if None
+    executor : runs tests side by side; in this process if None
     progress : called with stage, done, total
     """
     count = len(loops)
-    fitted: list[FittedTest] = []
-    with process_executor(workers) as executor:
-        spread = map if executor is None else executor.map
-        jobs = (loops, folder.tests, [folder.drive] * count, [prior] * count, seeds)
-        for done in spread(_fit, *jobs, [plan] * count):
-            fitted.append(done)
-            if progress is not None:
-                progress("fits", len(fitted), count)
-    return fitted
+    jobs = (loops, folder.tests, [folder.drive] * count, [prior] * count, seeds, [plan] * count)
+    return _counted(_spread(executor)(_fit, *jobs), count, progress)
 
 
-def close_tests(
+def trace_tests(
     folder: DriveFolder,
     loops: Sequence[Loop],
     prior: Prior,
     seeds: Sequence[np.random.SeedSequence],
-    plan: SamplingPlan,
-    *,
-    workers: int | None = None,
+    executor: Executor | None,
     progress: Progress | None = None,
-) -> tuple[tuple[Traced, ...], list[Closed]]:
-    """Look for effects in all tests together, then fit each test with what was found.
+) -> tuple[Traced, ...]:
+    """Look for effects in all tests together; parameters as in `fit_tests`."""
+    count, spread = len(loops), _spread(executor)
+    if progress is not None:
+        progress("effects", 0, 1)
+    preparing, searching = zip(*(_children(seed)[:2] for seed in seeds), strict=True)
+    prepared: list[Prepared] = list(
+        spread(_prepare, loops, [folder.drive] * count, [prior] * count, preparing)
+    )
+    traced = trace(prepared, searching, spread=spread)
+    if progress is not None:
+        progress("effects", 1, 1)
+    return traced
 
-    Parameters as in `fit_tests`. Where effects were found, the drive model alone is sampled
-    quickly: it serves to show the shift.
-    """
-    count = len(loops)
-    spawned = [seed.spawn(3) for seed in seeds]
-    closed: list[Closed] = []
-    with process_executor(workers) as executor:
-        spread = map if executor is None else executor.map
+
+def fit_traced(
+    folder: DriveFolder,
+    traced: Sequence[Traced],
+    seeds: Sequence[np.random.SeedSequence],
+    plan: SamplingPlan,
+    executor: Executor | None,
+    progress: Progress | None = None,
+) -> list[FittedTest]:
+    """Fit every test with what was found in it; parameters as in `fit_tests`."""
+    sampling = [_children(seed)[2] for seed in seeds]
+    fitted = _spread(executor)(_sample, traced, folder.tests, sampling, [plan] * len(traced))
+    return _counted(fitted, len(traced), progress)
+
+
+def close_tests(
+    folder: DriveFolder,
+    traced: Sequence[Traced],
+    fitted: Sequence[FittedTest],
+    seeds: Sequence[np.random.SeedSequence],
+    executor: Executor | None,
+) -> list[Closed]:
+    """Hold every test's fit against the drive model alone; parameters as in `fit_tests`."""
+    posteriors = [one.posterior for one in fitted]
+    closing = [_children(seed)[3] for seed in seeds]
+    return list(_spread(executor)(_close, traced, posteriors, folder.tests, closing))
+
+
+def _spread(executor: Executor | None) -> Callable[..., Iterable[Any]]:
+    return map if executor is None else executor.map
+
+
+def _children(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:
+    """Seeds of preparing, searching, sampling and closing; always the same ones."""
+    entropy, key = seed.entropy, seed.spawn_key
+    return [np.random.SeedSequence(entropy, spawn_key=(*key, number)) for number in range(4)]
+
+
+def _counted(
+    fitted: Iterable[FittedTest], count: int, progress: Progress | None
+) -> list[FittedTest]:
+    done: list[FittedTest] = []
+    for one in fitted:
+        done.append(one)
         if progress is not None:
-            progress("effects", 0, 1)
-        prepared: list[Prepared] = list(
-            spread(
-                _prepare, loops, [folder.drive] * count, [prior] * count, [s[0] for s in spawned]
-            )
-        )
-        traced = trace(prepared, [s[1] for s in spawned], spread=spread)
-        if progress is not None:
-            progress("effects", 1, 1)
-        for done in spread(_close, traced, folder.tests, [s[2] for s in spawned], [plan] * count):
-            closed.append(done)
-            if progress is not None:
-                progress("fits", len(closed), count)
-    return traced, closed
+            progress("fits", len(done), count)
+    return done
 
 
 def _fit(
@@ -130,14 +156,20 @@ def _prepare(loop: Loop, drive: Drive, prior: Prior, seed: np.random.SeedSequenc
     return prepare(loop, drive, np.random.default_rng(seed), prior=prior)
 
 
-def _close(
+def _sample(
     traced: Traced, test: DriveTest, seed: np.random.SeedSequence, plan: SamplingPlan
+) -> FittedTest:
+    return FittedTest.of(sample_final(traced, np.random.default_rng(seed), plan), test)
+
+
+def _close(
+    traced: Traced, after: Posterior, test: DriveTest, seed: np.random.SeedSequence
 ) -> Closed:
     rng = np.random.default_rng(seed)
-    posteriors = sample_both(traced, rng, plan=plan)
     return explain(
         traced,
-        posteriors,
+        sample_base(traced, rng),
+        after,
         rng,
         test_id=test.test_id,
         service_hours=test.service_hours,

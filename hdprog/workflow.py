@@ -14,12 +14,11 @@ from hdprog.config import Drive
 from hdprog.data.drive_folder import read_drive_folder, read_test_loop
 from hdprog.data.finished_runs import read_finished_runs
 from hdprog.data.loop import Loop
-from hdprog.discovery.drive import explain_drive
+from hdprog.discovery.drive import brought_by_wear, explain_drive
 from hdprog.discovery.explain import explain as explain_loop
-from hdprog.discovery.explain import sample_both
+from hdprog.discovery.explain import sample_base, sample_final
 from hdprog.discovery.search import trace
 from hdprog.errors import UsageError
-from hdprog.explanation import DriveExplanation
 from hdprog.inference.fit_loop import FULL, QUICK, fit_loop
 from hdprog.inference.five_points import identify_record
 from hdprog.inference.prepare import prepare
@@ -27,12 +26,12 @@ from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import RecordScales
 from hdprog.inference.summarise import figure_requests, summarise
 from hdprog.outcome import ExplainOutcome, Outcome
-from hdprog.parallel import hold_blas_to_one_thread, process_executor
+from hdprog.parallel import begin, hold_blas_to_one_thread, process_executor
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.base import Effect
 from hdprog.physics.figures import figures
 from hdprog.results import DriveResult, Forecast, Provenance, TestResult
-from hdprog.tests_of_drive import FittedTest, close_tests, fit_tests
+from hdprog.tests_of_drive import close_tests, fit_tests, fit_traced, trace_tests
 
 Progress = Callable[[str, int, int], None]
 Method = Literal["posterior", "paper"]
@@ -180,8 +179,10 @@ def explain(
         traced = trace([prepared], [entropy], spread=spread, inner=spread)[0]
         if progress is not None:
             progress("sampling", 0, 1)
-        posteriors = sample_both(traced, rng, plan=plan, spread=spread)
-    closed = explain_loop(traced, posteriors, rng, test_id=_stem(loop))
+        of_final, of_base = rng.spawn(2)
+        after = begin(executor, sample_final, traced, of_final, plan)
+        before = sample_base(traced, of_base)
+        closed = explain_loop(traced, before, after.result(), rng, test_id=_stem(loop))
     requests = figure_requests(drive, prepared.operation)
     result = DriveResult(
         drive=drive,
@@ -248,45 +249,35 @@ def run(
     prior, remark = prior_of_drive(folder.drive, RecordScales.of(loops[0].torque, loops[0].angle))
     seeds = np.random.SeedSequence(seed).spawn(len(loops) + 2)
     plan = QUICK if quick else FULL
-    explanation: DriveExplanation | None = None
-    if explain:
-        traced, closed = close_tests(
-            folder, loops, prior, seeds[:-2], plan, workers=workers, progress=progress
-        )
-        explanation = explain_drive(traced, closed)
-        fitted = [
-            FittedTest.of(one.after, test) for one, test in zip(closed, folder.tests, strict=True)
-        ]
-        before = tuple(one.before for one in closed)
-    else:
-        fitted = fit_tests(
-            folder, loops, prior, seeds[:-2], plan, workers=workers, progress=progress
-        )
-        before = ()
-    seconds["fits"] = time.perf_counter() - started
-    posteriors = tuple(one.posterior for one in fitted)
-    if progress is not None:
-        progress("trend", 0, 1)
-    started = time.perf_counter()
-    worn = () if explanation is None else _brought_by_wear(explanation)
-    compared = explanation is not None and bool(explanation.effects) and bool(folder.drive.limits)
-    of_drive = (wear_prior, others, seeds[-2:])
-    with process_executor(workers if compared else 1) as executor:
-        aside = None
-        if executor is not None:
-            aside = executor.submit(forecasts_beside, folder, before, *of_drive)
-        found = outlook(folder, posteriors, worn, loads, *of_drive, quick)
-        without = found.forecasts
-        if aside is not None:
-            without = aside.result()
-        elif compared:
-            without = forecasts_beside(folder, before, *of_drive)
-    if explanation is not None:
-        explanation = replace(
-            explanation,
-            remaining_hours_before=_remaining(without),
-            remaining_hours_after=_remaining(found.forecasts),
-        )
+    hours = [test.service_hours for test in folder.tests]
+    of_tests, explanation = seeds[:-2], None
+    with process_executor(workers) as executor:
+        if explain:
+            traced = trace_tests(folder, loops, prior, of_tests, executor, progress)
+            fitted = fit_traced(folder, traced, of_tests, plan, executor, progress)
+        else:
+            fitted = fit_tests(folder, loops, prior, of_tests, plan, executor, progress)
+        seconds["fits"] = time.perf_counter() - started
+        posteriors = tuple(one.posterior for one in fitted)
+        if progress is not None:
+            progress("trend", 0, 1)
+        started = time.perf_counter()
+        worn = brought_by_wear(posteriors, hours) if explain else ()
+        shared = (wear_prior, others, seeds[-2:])
+        # The one long piece of work that cannot be divided; the rest goes on beside it.
+        ahead = begin(executor, outlook, folder, posteriors, worn, loads, *shared, quick)
+        if explain:
+            closed = close_tests(folder, traced, fitted, of_tests, executor)
+            explanation = explain_drive(traced, closed)
+            without = None
+            if explanation.effects and folder.drive.limits:
+                without = forecasts_beside(folder, tuple(one.before for one in closed), *shared)
+            explanation = replace(
+                explanation,
+                remaining_hours_before=_remaining(without or ahead.result().forecasts),
+                remaining_hours_after=_remaining(ahead.result().forecasts),
+            )
+        found = ahead.result()
     seconds["outlook"] = time.perf_counter() - started
     if progress is not None:
         progress("trend", 1, 1)
@@ -311,14 +302,6 @@ def _require_loads(loads: Sequence[float]) -> None:
             f"loads: found {', '.join(f'{load:g}' for load in wrong)}, expected torque to come "
             f"over torque so far, from {_LEAST_LOAD:g} to {_MOST_LOAD:g} (0.8 is 80 %)"
         )
-
-
-def _brought_by_wear(explanation: DriveExplanation) -> tuple[Effect, ...]:
-    """Lasting effects that grow with wear and are part of the steady cycle."""
-    grown = [
-        BY_ID[one.id] for one in explanation.effects if one.origin == "wear" and one.id in BY_ID
-    ]
-    return tuple(effect for effect in grown if effect.lasting and effect.static)
 
 
 def _remaining(forecasts: tuple[Forecast, ...]) -> dict[float, float | None] | None:

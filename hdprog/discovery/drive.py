@@ -14,10 +14,14 @@ from hdprog.explanation import (
     UNKNOWN,
     ConsideredEffect,
     DriveExplanation,
+    Explanation,
     FoundEffect,
     Origin,
     Verdict,
 )
+from hdprog.inference.posterior import Posterior
+from hdprog.physics.effects import BY_ID
+from hdprog.physics.effects.base import Effect
 from hdprog.physics.parameters import FloatArray
 
 _FEWEST_TESTS = 3
@@ -37,7 +41,11 @@ def explain_drive(traced: Sequence[Traced], closed: Sequence[Closed]) -> DriveEx
     """
     tests = tuple(one.explanation for one in closed)
     names = dict.fromkeys(effect.id for test in tests for effect in test.effects)
-    sizes = {name: _sizes(name, closed) for name in names}
+    after, hours = [one.after for one in closed], [test.service_hours for test in tests]
+    sizes = {
+        name: _sizes_of_unknown(tests) if name == UNKNOWN else _sizes(name, after, hours)
+        for name in names
+    }
     found = [_pooled_effect(name, traced, closed, sizes[name]) for name in names]
     found.sort(key=lambda effect: (effect.id == UNKNOWN, -effect.share))
     return DriveExplanation(
@@ -57,16 +65,40 @@ def _verdict(names: set[str]) -> Verdict:
     return "unexplained" if names == {UNKNOWN} else "partly_explained"
 
 
-def _sizes(name: str, closed: Sequence[Closed]) -> FloatArray:
+def brought_by_wear(posteriors: Sequence[Posterior], hours: Sequence[float]) -> tuple[Effect, ...]:
+    """Lasting effects of the steady cycle that grow over the tests of a drive.
+
+    Parameters
+    ----------
+    posteriors, hours : one a test, by service hours
+    """
+    found = dict.fromkeys(name for one in posteriors for name in one.effects)
+    return tuple(
+        BY_ID[name]
+        for name in found
+        if BY_ID[name].lasting
+        and BY_ID[name].static
+        and origin_of(_sizes(name, posteriors, hours)) == "wear"
+    )
+
+
+def _sizes(name: str, posteriors: Sequence[Posterior], hours: Sequence[float | None]) -> FloatArray:
     """(tests, 4) service hours and 5 %, 50 %, 95 % of the angle that an effect moves, in rad."""
-    rows = np.zeros((len(closed), 4))
-    for row, one in zip(rows, closed, strict=True):
-        hours = one.explanation.service_hours
-        row[0] = np.nan if hours is None else hours
-        if name == UNKNOWN and one.explanation.course.unknown is not None:
-            row[1:] = np.std(one.explanation.course.unknown)
-        elif name in one.after.effects:
-            row[1:] = np.quantile(effect_size(one.after, name), (0.05, 0.5, 0.95))
+    rows = np.zeros((len(posteriors), 4))
+    for row, posterior, when in zip(rows, posteriors, hours, strict=True):
+        row[0] = np.nan if when is None else when
+        if name in posterior.effects:
+            row[1:] = np.quantile(effect_size(posterior, name), (0.05, 0.5, 0.95))
+    return rows
+
+
+def _sizes_of_unknown(tests: Sequence[Explanation]) -> FloatArray:
+    """The same of the empirical term, whose size is that of its course."""
+    rows = np.zeros((len(tests), 4))
+    for row, test in zip(rows, tests, strict=True):
+        row[0] = np.nan if test.service_hours is None else test.service_hours
+        if test.course.unknown is not None:
+            row[1:] = np.std(test.course.unknown)
     return rows
 
 

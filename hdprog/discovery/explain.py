@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -52,30 +52,16 @@ class Closed:
     after: Posterior
 
 
-def sample_both(
-    traced: Traced,
-    rng: np.random.Generator,
-    *,
-    plan: SamplingPlan = FULL,
-    spread: Callable[..., Iterable[Posterior]] = map,
-) -> tuple[Posterior, Posterior]:
-    """Posteriors of the drive model alone and of the final model; one where they are the same.
+def sample_final(traced: Traced, rng: np.random.Generator, plan: SamplingPlan = FULL) -> Posterior:
+    """Posterior of the final model."""
+    return _sample(traced.prepared, traced.final, rng, plan)
 
-    Beside a final model the drive model alone is sampled briefly.
 
-    Parameters
-    ----------
-    traced : what the search found
-    rng : source of randomness
-    plan : how long to sample the final model
-    spread : map over the two, e.g. an executor's
-    """
+def sample_base(traced: Traced, rng: np.random.Generator) -> Posterior | None:
+    """Posterior of the drive model alone, sampled briefly; None where nothing was added to it."""
     if traced.final is traced.base:
-        only = _sample(traced.prepared, traced.base, rng, plan)
-        return only, only
-    models, plans = (traced.base, traced.final), (_BESIDE, plan)
-    before, after = spread(_sample, [traced.prepared] * 2, models, rng.spawn(2), plans)
-    return before, after
+        return None
+    return _sample(traced.prepared, traced.base, rng, _BESIDE)
 
 
 def _sample(
@@ -86,7 +72,8 @@ def _sample(
 
 def explain(
     traced: Traced,
-    posteriors: tuple[Posterior, Posterior],
+    before: Posterior | None,
+    after: Posterior,
     rng: np.random.Generator,
     *,
     test_id: str,
@@ -98,12 +85,12 @@ def explain(
     Parameters
     ----------
     traced : what the search found
-    posteriors : see `sample_both`
+    before, after : see `sample_base` and `sample_final`; one where there is no `before`
     rng : for surrogates and refits
     test_id, service_hours : of the test
     weigh_others : held-out evidence of the best candidates that were not added, too
     """
-    before, after = posteriors
+    before = after if before is None else before
     prepared, base, final = traced.prepared, traced.base, traced.final
     held_before = held_out(prepared, base)
     held_after = held_before if final is base else held_out(prepared, final)

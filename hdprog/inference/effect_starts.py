@@ -27,7 +27,6 @@ from hdprog.physics.course import Course
 from hdprog.physics.effects.base import Effect, EffectParameter, Need
 from hdprog.physics.parameters import FloatArray
 
-_FAINT = 1.0  # fall of the deviance below which a shape is not worth a descent
 _SMALL = 0.2  # of an amplitude's typical size
 _SMALLEST_COORDINATE = -3.0
 _ALIKE = 0.9  # correlation above which two shapes make one start
@@ -113,13 +112,10 @@ def effect_starts(
     -------
     at least one StartingPoint, best first
     """
-    found = [_best_shapes(likelihood, start, shapes) for start in without[:2]]
-    points = [point for many, _ in found for point in many]
-    modes = []
-    if max(gain for _, gain in found) > _FAINT:
-        modes = descend_all(likelihood, points, 16)
+    points = [point for start in without[:2] for point in _best_shapes(likelihood, start, shapes)]
+    modes = descend_all(likelihood, points, 16)
     if not modes:
-        modes = [describe(likelihood, many[0]) for many, _ in found]
+        modes = [describe(likelihood, points[0])]
     return sorted(modes, key=lambda start: start.deviance)
 
 
@@ -134,13 +130,8 @@ def search_widely(
     return found
 
 
-def _best_shapes(
-    likelihood: LoopLikelihood, start: StartingPoint, count: int
-) -> tuple[list[FloatArray], float]:
-    """Points (size,) with the shapes that the residual of a simpler mode asks for most.
-
-    Beside them, by how much the best lets the deviance fall.
-    """
+def _best_shapes(likelihood: LoopLikelihood, start: StartingPoint, count: int) -> list[FloatArray]:
+    """Points (size,) with the shapes that the residual of a simpler mode asks for most."""
     *before, effect = likelihood.effects
     simpler = replace(likelihood, effects=tuple(before))
     parameters = effect.parameters(likelihood.reduced.course.scales)
@@ -181,7 +172,7 @@ def _best_shapes(
             lowest = _SMALLEST_COORDINATE if positive[column] else -np.inf
             coordinates[which] = max(parameters[which].coordinate(value), lowest)
         points.append(np.concatenate([start.point, coordinates]))
-    return points, float(gain.max())
+    return points
 
 
 def _signatures(

@@ -25,7 +25,7 @@ from hdprog.data.drive_folder import read_drive_folder, read_test_loop
 from hdprog.inference.fit_loop import FULL
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import RecordScales
-from hdprog.parallel import cores, hold_blas_to_one_thread
+from hdprog.parallel import cores, hold_blas_to_one_thread, process_executor
 from hdprog.tests_of_drive import FittedTest, fit_tests
 
 RESULTS = Path(__file__).parent / "results" / "two_cores.json"
@@ -41,7 +41,8 @@ def timed(copies: int, workers: int) -> tuple[float, list[FittedTest]]:
     prior, _ = prior_of_drive(folder.drive, RecordScales.of(loops[0].torque, loops[0].angle))
     seeds = np.random.SeedSequence(SEED).spawn(len(loops))
     started = time.perf_counter()
-    fitted = fit_tests(folder, loops, prior, seeds, FULL, workers=workers)
+    with process_executor(workers) as executor:
+        fitted = fit_tests(folder, loops, prior, seeds, FULL, executor)
     return time.perf_counter() - started, fitted
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -40,6 +42,28 @@ def test_white_noise_stays_white_at_the_stated_rate() -> None:
     )
     # One in a thousand that this fails by chance at the stated rate.
     assert alarms <= stats.binom.ppf(0.999, 200, FALSE_ALARM_RATE)
+
+
+def test_shapes_that_are_left_out_have_no_weight(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Looked at from the best outwards the covariance is the whole grid's, to the last bit."""
+    rng = np.random.default_rng(6)
+    sd = 1e-5 * np.exp(0.3 * rng.standard_normal(BLOCKS))
+    noises = [residual(rng, share, memory) for share, memory in ((0.3, 3.0), (0.6, 8.0), (0.9, 40))]
+    outwards = [fit_noise(noise, SENSITIVITIES, sd, POSITION).covariance for noise in noises]
+    looked_at = []
+
+    def whole(
+        _: np.ndarray, axes: tuple[np.ndarray, np.ndarray], seen: Callable[[np.ndarray], object]
+    ) -> list[list[object]]:
+        ratio, length = axes
+        looked_at.append(ratio.size * length.size)
+        return [[seen(np.array([one, other])) for one in ratio] for other in length]
+
+    monkeypatch.setattr("hdprog.inference.noise_shape._seen_about", whole)
+    for noise, found in zip(noises, outwards, strict=True):
+        model = fit_noise(noise, SENSITIVITIES, sd, POSITION)
+        assert np.array_equal(model.covariance, found)
+    assert len(looked_at) == len(noises)
 
 
 def test_correlated_noise_is_found_and_whitened() -> None:

@@ -215,7 +215,7 @@ def test_a_generator_of_ones_own_is_used() -> None:
 def test_a_failed_write_leaves_the_old_files(
     written: Path, outcome: Outcome, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fail(*_: object) -> str:
+    def fail(*_: object, **__: object) -> str:
         raise RuntimeError("no report")
 
     before = {path.name: path.read_bytes() for path in written.iterdir()}

@@ -197,6 +197,18 @@ def test_the_written_folder_is_whole(written: Path, outcome: Outcome) -> None:
     assert verdict.split(";")[0] in page.text
 
 
+def test_the_number_of_workers_changes_no_byte_of_what_is_written(
+    outcome: Outcome, tmp_path: Path
+) -> None:
+    for workers in (1, 2):
+        outcome.write(tmp_path / str(workers), "hdprog run", workers)
+    files = [path for path in (tmp_path / "1").rglob("*") if path.is_file()]
+    assert len(files) == 2 + len(outcome.tests) + (outcome.result.explanation is not None)
+    for path in files:
+        other = tmp_path / "2" / path.relative_to(tmp_path / "1")
+        assert path.read_bytes() == other.read_bytes(), path.name
+
+
 def test_draws_are_asked_for_by_test(outcome: Outcome) -> None:
     with pytest.raises(UsageError, match="idata_of"):
         _ = outcome.idata
@@ -264,7 +276,7 @@ def test_a_folder_that_cannot_be_used_is_refused_before_any_fit(
     def no_fit(*_: object, **__: object) -> None:
         raise AssertionError("a fit was begun")
 
-    monkeypatch.setattr(workflow, "close_tests", no_fit)
+    monkeypatch.setattr(workflow, "trace_tests", no_fit)
     folder = subset(tmp_path / "drive", ["t05", "t10"])
     loop = folder / "loops" / "t10.csv"
     text = loop.read_text("utf-8")
@@ -283,7 +295,7 @@ def test_a_horizon_behind_the_last_test_is_refused_before_any_fit(
     def no_fit(*_: object, **__: object) -> None:
         raise AssertionError("a fit was begun")
 
-    monkeypatch.setattr(workflow, "close_tests", no_fit)
+    monkeypatch.setattr(workflow, "trace_tests", no_fit)
     folder = subset(tmp_path / "drive", ["t10"])
     edit(folder, "horizon_hours = 20000.0", "horizon_hours = 800.0")
     with pytest.raises(BadInputError, match="horizon"):
