@@ -340,6 +340,25 @@ class TemperatureEffect:
 
 
 @dataclass(frozen=True)
+class NotReproduced:
+    """A figure of some tests that the trend does not reproduce.
+
+    Attributes
+    ----------
+    key : the figure's
+    tests : places of the tests in order of service hours, from 0
+    worst : the one that is farthest off
+    joint, alone : 5 %, 50 % and 95 % of its figure, by the trend and by its own posterior
+    """
+
+    key: str
+    tests: tuple[int, ...]
+    worst: int
+    joint: tuple[float, float, float]
+    alone: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
 class TrendSummary:
     """The trend model as fitted."""
 
@@ -354,6 +373,7 @@ class TrendSummary:
     says: WearSaid | None = None
     fleet: FleetShare | None = None  # None where no other drives were given
     temperature: TemperatureEffect | None = None  # None where the tests do not differ in it
+    not_reproduced: tuple[NotReproduced, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from hdprog.physics.parameters import BY_NAME
 from hdprog.reporting.drive_name import drive_name
 from hdprog.reporting.outlook import next_test_hours
 from hdprog.reporting.sections.paper_method import where_it_fails
+from hdprog.reporting.trend_words import trend_warnings
 from hdprog.reporting.verdict import verdict
 from hdprog.reporting.weak_words import weak_words
 from hdprog.reporting.words import FIRST_LIMIT, keyboard_signs, quantity
@@ -56,7 +57,7 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
         },
         "next_test_hours": number(next_test_hours(result)),
         "tests": [_test(test) for test in result.tests],
-        "trend": None if result.trend is None else _trend(result.trend),
+        "trend": None if result.trend is None else _trend(result.trend, result.tests),
         "forecast": [_forecast(forecast) for forecast in result.forecasts],
         "load_scenarios": [
             {"load": number(one.load), "forecast": [_forecast(each) for each in one.forecasts]}
@@ -204,7 +205,7 @@ def _paper(test: TestResult) -> dict[str, Any] | None:
     }
 
 
-def _trend(trend: TrendSummary) -> dict[str, Any]:
+def _trend(trend: TrendSummary, tests: Sequence[TestResult]) -> dict[str, Any]:
     warmth = trend.temperature
     return {
         "model": keyboard_signs(trend.model),
@@ -226,7 +227,7 @@ def _trend(trend: TrendSummary) -> dict[str, Any]:
         "says": None if trend.says is None else _says(trend.says),
         "fleet": None if trend.fleet is None else _fleet(trend.fleet),
         **({} if warmth is None else {"temperature": _temperature(warmth)}),
-        "warnings": list(trend.warnings),
+        "warnings": [keyboard_signs(text) for text in trend_warnings(trend, tests)],
     }
 
 

@@ -16,6 +16,7 @@ from hdprog.results import (
     LEVELS,
     FigureTrend,
     FleetShare,
+    NotReproduced,
     Shrinkage,
     SteadyShare,
     SteadyWearSaid,
@@ -45,6 +46,7 @@ _PAST, _AHEAD = 40, 40
 _LARGEST_SHIFT = 3.5  # of the spread that the difference may have
 _SLACK = 0.6  # of a test's own spread, by which the trend's mean may differ for free
 _WIDEST = 2.0
+_ENDS = (0.05, 0.5, 0.95)
 
 
 def figure_quantiles(values: FloatArray) -> FloatArray:
@@ -81,7 +83,7 @@ def summarise(
 
     Returns
     -------
-    the summary; its warnings name every test whose figures the trend does not reproduce
+    the summary; it names every test whose figures the trend does not reproduce
     """
     requests = figure_requests(drive, operation)
     horizon_hours = drive.forecast.horizon_hours
@@ -97,7 +99,8 @@ def summarise(
         own_draws = [_own_draws(test) for test in trend.tests]
         at_reference = [cooled(own, added[:, test]) for test, own in enumerate(own_draws)]
     warmth = temperature_effect(trend, requests, operation, rng, _DRAWS)
-    figures, remarks = {}, []
+    figures: dict[str, FigureTrend] = {}
+    doubtful: list[NotReproduced] = []
     for request in requests:
         own = [
             own_figures(test, request, trend.prior, operation, trend.followed)
@@ -120,7 +123,7 @@ def summarise(
             None if warmth is None else warmth.reference_C,
         )
         joint = figure_paths(request, measured, trend.prior, operation, trend.followed)
-        remarks += mismatches(request.key, own, joint)
+        doubtful += not_reproduced(request.key, own, joint)
     told = what_tests_say(trend, rng)
     return TrendSummary(
         says=_wear_said(trend, told),
@@ -138,13 +141,16 @@ def summarise(
             **_exactness(trend.met),
         },
         converged=trend.converged,
-        warnings=(*trend.warnings, *remarks),
+        warnings=trend.warnings,
         temperature=warmth,
+        not_reproduced=tuple(doubtful),
     )
 
 
-def mismatches(key: str, own: Sequence[FloatArray], joint: FloatArray) -> list[str]:
-    """Name tests whose figure the trend does not reproduce, in words.
+def not_reproduced(
+    key: str, own: Sequence[FloatArray], joint: FloatArray
+) -> tuple[NotReproduced, ...]:
+    """Find the tests whose figure the trend does not reproduce; nothing where there is none.
 
     The other tests may sharpen a test's figure and move it within its own spread: for two
     estimates of which one uses the other's data, the variance of the difference is the difference
@@ -157,25 +163,18 @@ def mismatches(key: str, own: Sequence[FloatArray], joint: FloatArray) -> list[s
     own : (tests) arrays of draws from each test's own posterior
     joint : (draws, tests) from the trend, scatter included
     """
-    worst, tests = (0.0, ""), []
+    excess = np.zeros(len(own))
     for number, values in enumerate(own):
-        mean, sd = float(values.mean()), float(values.std())
-        shift, spread = float(joint[:, number].mean()) - mean, float(joint[:, number].std())
+        sd, spread = float(values.std()), float(joint[:, number].std())
+        shift = float(joint[:, number].mean() - values.mean())
         allowed = np.sqrt(max(sd**2 - spread**2, 0.0) + (_SLACK * sd) ** 2)
-        excess = max(abs(shift) / (_LARGEST_SHIFT * allowed), spread / (_WIDEST * sd))
-        if excess > 1.0:
-            tests.append(str(number + 1))
-            here = (
-                f"{mean + shift:.4g} ± {spread:.2g} for test {number + 1}, which by itself says "
-                f"{mean:.4g} ± {sd:.2g}"
-            )
-            worst = max(worst, (excess, here))
-    if not tests:
-        return []
-    return [
-        f"The trend does not reproduce {key} of test {', '.join(tests)} (at worst it has "
-        f"{worst[1]}): read the forecast of {key} with care."
-    ]
+        excess[number] = max(abs(shift) / (_LARGEST_SHIFT * allowed), spread / (_WIDEST * sd))
+    tests = np.flatnonzero(excess > 1.0)
+    if not tests.size:
+        return ()
+    worst = int(np.argmax(excess))
+    seen = (tuple(np.quantile(one, _ENDS).tolist()) for one in (joint[:, worst], own[worst]))
+    return (NotReproduced(key, tuple(tests.tolist()), worst, *seen),)
 
 
 def _exactness(met: Met) -> dict[str, float]:

@@ -14,7 +14,7 @@ from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.physics.parameters import NAMES
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
-from hdprog.trend.summary import mismatches
+from hdprog.trend.summary import not_reproduced
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_coordinates import from_loop, linearise, to_loop
 from hdprog.trend.wear_prior import read_wear_prior
@@ -178,8 +178,11 @@ def test_a_figure_that_the_trend_misses_is_named() -> None:
     rng = np.random.default_rng(15)
     own = [rng.normal(10.0, 1.0, 500), rng.normal(12.0, 1.0, 500)]
     right = np.column_stack([rng.normal(10.1, 0.7, 500), rng.normal(11.7, 0.7, 500)])
-    assert mismatches("figure", own, right) == []
+    assert not_reproduced("figure", own, right) == ()
     moved, wide = right + np.array([0.0, 5.0]), right.copy()
     wide[:, 0] = rng.normal(10.0, 5.0, 500)
-    assert "test 2" in mismatches("figure", own, moved)[0]
-    assert "test 1" in mismatches("figure", own, wide)[0]
+    (found,) = not_reproduced("figure", own, moved)
+    assert (found.tests, found.worst) == ((1,), 1)
+    assert found.joint == pytest.approx(tuple(np.quantile(moved[:, 1], [0.05, 0.5, 0.95])))
+    assert found.alone == pytest.approx(tuple(np.quantile(own[1], [0.05, 0.5, 0.95])))
+    assert not_reproduced("figure", own, wide)[0].tests == (0,)

@@ -7,6 +7,7 @@ from hdprog.reporting.effect_words import found_words
 from hdprog.reporting.figures.loop_panel import structure_remains
 from hdprog.reporting.fit_names import explanations, named_warnings
 from hdprog.reporting.rounding import hours
+from hdprog.reporting.trend_words import trend_warnings
 from hdprog.reporting.weak_words import OF_PARAMETERS, weak_words
 from hdprog.reporting.words import listed
 from hdprog.results import DriveResult
@@ -28,7 +29,7 @@ def warnings(result: DriveResult) -> list[str]:
             f"{hours(main.now_hours)}: no risk is stated by it. Set next_shutdown_hours anew."
         )
     if result.trend is not None:
-        found += result.trend.warnings
+        found += trend_warnings(result.trend, result.tests)
     by_text: dict[str, list[str]] = {}
     by_test = explanations(result)
     for test in result.tests:

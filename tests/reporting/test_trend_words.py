@@ -1,0 +1,43 @@
+"""What a trend warns of, as the reader gets it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from hdprog.config import ReportSettings
+from hdprog.reporting.reader_units import shown_in
+from hdprog.reporting.trend_words import trend_warnings
+from hdprog.results import NotReproduced
+from tests.reporting.drives import wearing
+
+FOUND = NotReproduced(
+    "hysteresis_width_arcmin", (0, 1), 1, (0.412, 0.44, 0.468), (0.52, 0.561, 0.602)
+)
+
+
+def plain(text: str) -> str:
+    """With ordinary spaces."""
+    return " ".join(text.split())
+
+
+def test_a_figure_that_is_not_reproduced_is_told_with_its_tests_and_units() -> None:
+    result = wearing()
+    assert result.trend is not None
+    trend = replace(result.trend, warnings=("first",), not_reproduced=(FOUND,))
+    names = [test.test_id for test in result.tests]
+    first, said = (plain(text) for text in trend_warnings(trend, result.tests))
+    assert first == "first"
+    assert said == (
+        f"The trend does not reproduce the hysteresis width of tests {names[0]} and {names[1]}: "
+        f"for {names[1]} it has 0.41 to 0.47 arcmin (90 %), which by itself says 0.52 to "
+        "0.60 arcmin. Read the forecast of hysteresis width with care."
+    )
+    with shown_in(ReportSettings(angle_unit="mrad")):
+        assert "0.120 to 0.136 mrad (90 %)" in plain(trend_warnings(trend, result.tests)[1])
+
+
+def test_one_test_is_named_by_itself() -> None:
+    result = wearing()
+    assert result.trend is not None
+    trend = replace(result.trend, not_reproduced=(replace(FOUND, tests=(1,)),))
+    assert f"of test {result.tests[1].test_id}: for" in trend_warnings(trend, result.tests)[-1]
