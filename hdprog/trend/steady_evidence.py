@@ -28,6 +28,7 @@ _STARTS, _BURN_IN = 64, 60
 _EFFORT = Effort(80, 320, 200.0)
 _DRAWS = 2000
 _PROPOSED, _TAILS, _WIDER = 1500, 6, 1.3
+_LARGEST_ERROR = 0.5  # of log odds: a few proposals carry all weight, and their error is a guess
 
 LoadingsOf = Callable[[FloatArray, WearPrior, np.random.Generator], FloatArray]
 """Draws the loadings' deviates (draws, 8) given the hyperparameters' (draws, k) under a prior."""
@@ -44,8 +45,8 @@ def sampled(
 
 def log_likelihood(
     log_density: LogDensity, draws: HyperparameterDraws, rng: np.random.Generator
-) -> float:
-    """Log of the integral of a density, up to a constant of its dimensions.
+) -> tuple[float, float]:
+    """Log of the integral of a density, up to a constant of its dimensions, and its error.
 
     Parameters
     ----------
@@ -60,7 +61,9 @@ def log_likelihood(
     points = proposal.rvs(_PROPOSED)
     log_weight = log_density(points) - proposal.logpdf(points)
     largest = float(log_weight.max())
-    return largest + float(np.log(np.mean(np.exp(log_weight - largest))))
+    weight = np.exp(log_weight - largest)
+    mean = float(weight.mean())
+    return largest + np.log(mean), float(weight.std()) / mean / np.sqrt(_PROPOSED)
 
 
 def said_by(
@@ -81,8 +84,8 @@ def steady_said(
     draws: HyperparameterDraws,
     first: FloatArray,
     rng: np.random.Generator,
-) -> SteadySaid:
-    """What tests say of a steady pace.
+) -> SteadySaid | None:
+    """What tests say of a steady pace; None where their log odds cannot be told.
 
     Parameters
     ----------
@@ -96,6 +99,9 @@ def steady_said(
     prior = shipped.learnt_from(all_steady(first.size + len(NAMES)))
     steady = density_of(prior)
     found = sampled(steady, first.size, rng, first)
-    log_odds = log_likelihood(steady, found, rng)
-    log_odds -= log_likelihood(density_of(shipped), draws, rng)
+    under_steady, error = log_likelihood(steady, found, rng)
+    under_shipped, beside = log_likelihood(density_of(shipped), draws, rng)
+    if not np.hypot(error, beside) < _LARGEST_ERROR:
+        return None
+    log_odds = under_steady - under_shipped
     return SteadySaid(said_by(found, prior, loadings_of, rng), log_odds)
