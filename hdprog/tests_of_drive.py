@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from hdprog.inference.summarise import figure_requests, summarise
 from hdprog.results import TestResult
 
 Progress = Callable[[str, int, int], None]
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ def fit_tests(
     """
     count = len(loops)
     jobs = (loops, folder.tests, [folder.drive] * count, [prior] * count, seeds, [plan] * count)
-    return _counted(_spread(executor)(_fit, *jobs), count, progress)
+    return _counted(_spread(executor)(_fit, *jobs), "fits", count, progress)
 
 
 def trace_tests(
@@ -103,7 +104,7 @@ def fit_traced(
     """Fit every test with what was found in it; parameters as in `fit_tests`."""
     sampling = [_children(seed)[2] for seed in seeds]
     fitted = _spread(executor)(_sample, traced, folder.tests, sampling, [plan] * len(traced))
-    return _counted(fitted, len(traced), progress)
+    return _counted(fitted, "fits", len(traced), progress)
 
 
 def close_tests(
@@ -112,11 +113,16 @@ def close_tests(
     fitted: Sequence[FittedTest],
     seeds: Sequence[np.random.SeedSequence],
     executor: Executor | None,
+    progress: Progress | None = None,
 ) -> list[Closed]:
-    """Hold every test's fit against the drive model alone; parameters as in `fit_tests`."""
+    """Hold every test's fit against the drive model alone; parameters as in `fit_tests`.
+
+    The trend goes on beside it, and is the last thing that is done of that stage.
+    """
     posteriors = [one.posterior for one in fitted]
     closing = [_children(seed)[3] for seed in seeds]
-    return list(_spread(executor)(_close, traced, posteriors, folder.tests, closing))
+    closed = _spread(executor)(_close, traced, posteriors, folder.tests, closing)
+    return _counted(closed, "trend", len(traced) + 1, progress)
 
 
 def _spread(executor: Executor | None) -> Callable[..., Iterable[Any]]:
@@ -130,14 +136,14 @@ def _children(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:
 
 
 def _counted(
-    fitted: Iterable[FittedTest], count: int, progress: Progress | None
-) -> list[FittedTest]:
-    done: list[FittedTest] = []
-    for one in fitted:
-        done.append(one)
+    results: Iterable[Result], stage: str, total: int, progress: Progress | None
+) -> list[Result]:
+    found: list[Result] = []
+    for one in results:
+        found.append(one)
         if progress is not None:
-            progress("fits", len(done), count)
-    return done
+            progress(stage, len(found), total)
+    return found
 
 
 def _fit(

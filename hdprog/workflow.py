@@ -259,15 +259,16 @@ def run(
             fitted = fit_tests(folder, loops, prior, of_tests, plan, executor, progress)
         seconds["fits"] = time.perf_counter() - started
         posteriors = tuple(one.posterior for one in fitted)
+        parts = len(folder.tests) + 1 if explain else 1
         if progress is not None:
-            progress("trend", 0, 1)
+            progress("trend", 0, parts)
         started = time.perf_counter()
         worn = brought_by_wear(posteriors, hours) if explain else ()
         shared = (wear_prior, others, seeds[-2:])
         # The one long piece of work that cannot be divided; the rest goes on beside it.
         ahead = begin(executor, outlook, folder, posteriors, worn, loads, *shared, quick)
         if explain:
-            closed = close_tests(folder, traced, fitted, of_tests, executor)
+            closed = close_tests(folder, traced, fitted, of_tests, executor, progress)
             explanation = explain_drive(traced, closed)
             without = None
             if explanation.effects and folder.drive.limits:
@@ -280,7 +281,7 @@ def run(
         found = ahead.result()
     seconds["outlook"] = time.perf_counter() - started
     if progress is not None:
-        progress("trend", 1, 1)
+        progress("trend", parts, parts)
     result = DriveResult(
         drive=folder.drive,
         tests=tuple(one.result for one in fitted),

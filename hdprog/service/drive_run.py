@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hdprog.atomic import atomic_write_text
+from hdprog.parallel import process_executor
 from hdprog.service.pictures import write_pictures
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ Say = Callable[[str, float], None]
 """`say(stage, share)`: what is being done, and how much of everything is."""
 
 # Where each stage of the workflow begins and ends, as shares of the whole.
-_STAGES = {"effects": (0.02, 0.35), "fits": (0.35, 0.80), "trend": (0.80, 0.92)}
+_STAGES = {"effects": (0.02, 0.25), "fits": (0.25, 0.45), "trend": (0.45, 0.92)}
 _WORDS = {"effects": "looking for effects", "trend": "following the trend"}
 
 
@@ -64,20 +65,27 @@ def run_here(order: Order, say: Say) -> None:
     )
     say("writing the reports", 0.92)
     outcome.write(order.out, order.command, order.processes)
-    write_test_reports(outcome, order.out / "tests")
+    write_test_reports(outcome, order.out / "tests", order.processes)
     write_pictures(outcome.result, order.out / "pictures")
 
 
-def write_test_reports(outcome: Outcome, folder: Path) -> None:
+def write_test_reports(outcome: Outcome, folder: Path, workers: int | None = None) -> None:
     """Write the report of each test by itself, as the test's page shows it."""
+    folder.mkdir(exist_ok=True)
+    tests, result = outcome.tests, outcome.result
+    alone = [_alone(result, number) for number in range(len(tests))]
+    catalogues = [one.prior.catalogue for one in outcome.posteriors] or [{}] * len(tests)
+    paths = [folder / f"{test.test_id}.html" for test in tests]
+    with process_executor(workers if len(tests) > 1 else 1) as executor:
+        spread = map if executor is None else executor.map
+        for _ in spread(_write_report, alone, catalogues, paths):
+            pass
+
+
+def _write_report(result: DriveResult, catalogue: Mapping[str, float], path: Path) -> None:
     from hdprog.reporting.build import build_report
 
-    folder.mkdir(exist_ok=True)
-    for number, test in enumerate(outcome.tests):
-        alone = _alone(outcome.result, number)
-        prior = outcome.posteriors[number].prior if outcome.posteriors else None
-        report = build_report(alone, {} if prior is None else prior.catalogue)
-        atomic_write_text(folder / f"{test.test_id}.html", report)
+    atomic_write_text(path, build_report(result, catalogue))
 
 
 def _alone(result: DriveResult, number: int) -> DriveResult:

@@ -18,8 +18,10 @@ from hdprog.trend.wear_prior import WearPrior
 
 UNWORN = np.array([-4.0] + [0.0] * (len(HYPERPARAMETERS) - 1))
 """Deviates of a drive that hardly wears: evidence can be told wherever others fail."""
-_FARTHEST_DEVIATE = 6.0  # of a hyperparameter from its prior's median, in its prior's spreads
-_MOST_WEAR = 30.0  # units up to the last test; one unit leaves an eighth of the teeth's stiffness
+FARTHEST_DEVIATE = 6.0
+"""Of a hyperparameter from its prior's median, in its prior's spreads."""
+MOST_WEAR = 30.0
+"""Units up to the last test; one unit leaves an eighth of the teeth's stiffness."""
 
 
 def density(
@@ -45,10 +47,12 @@ def density(
         return Steps.of(timeline, values, state_prior, wear_prior), values.scatter
 
     def log_density(deviates: FloatArray) -> FloatArray:
-        inside = np.abs(deviates).max(axis=1) < _FARTHEST_DEVIATE
-        inside &= steps_of(deviates)[0].passed.sum(axis=1) < _MOST_WEAR
-        safe = np.where(inside[:, None], deviates, UNWORN)
-        evidence = log_evidence(*steps_of(safe), seen)
+        steps, scatter = steps_of(deviates)
+        inside = np.abs(deviates).max(axis=1) < FARTHEST_DEVIATE
+        inside &= steps.passed.sum(axis=1) < MOST_WEAR
+        if not inside.all():
+            steps, scatter = steps_of(np.where(inside[:, None], deviates, UNWORN))
+        evidence = log_evidence(steps, scatter, seen)
         inside &= np.isfinite(evidence)
         return np.where(inside, evidence - 0.5 * np.sum(deviates**2, axis=1), -np.inf)
 

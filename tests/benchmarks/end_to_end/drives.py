@@ -31,6 +31,7 @@ from hdprog.trend.ahead import level_off, simulate_ahead
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
+from hdprog.trend.trend_density import FARTHEST_DEVIATE, MOST_WEAR
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import StatePrior, to_loop
 from hdprog.trend.wear_prior import WearPrior, read_wear_prior
@@ -61,7 +62,6 @@ OPERATION = Operation(DRIVE.alpha, 63.0, 63.0)
 _STIFFNESS = (2_000.0, 200_000.0)  # Nm/rad, span of torque over span of angle
 _AREA = (0.003, 0.3)  # of a cycle, over the rectangle of its spans
 _GRID = 400
-_FARTHEST, _MOST_WEAR = 6.0, 30.0  # what the fit leaves out of its prior
 _FARTHEST_STATE = 15.0  # prior spreads, as in forecasts
 _DRIVE, _FIT = range(2)  # streams of random numbers of one drive
 
@@ -126,7 +126,7 @@ def _attempt(rng: np.random.Generator) -> Drawn | None:
     gaps = rng.gamma(2.5, size=TESTS - 1)
     hours = np.concatenate([[0.0], np.cumsum(gaps) / gaps.sum()]) * NOW
     deviates = rng.standard_normal(len(HYPERPARAMETERS))
-    if np.abs(deviates).max() > _FARTHEST:
+    if np.abs(deviates).max() > FARTHEST_DEVIATE:
         return None
     values = Hyperparameters.of(deviates[None], wear)
     tests = cast(
@@ -139,7 +139,7 @@ def _attempt(rng: np.random.Generator) -> Drawn | None:
     grid = np.linspace(NOW, HORIZON, _GRID + 1)
     timeline, _ = Timeline.of(tests, ServiceClock.of(tests), wear, grid)
     steps = Steps.of(timeline, values, StatePrior.of(prior, wear), wear)
-    if steps.upto(TESTS).passed.sum() > _MOST_WEAR:
+    if steps.upto(TESTS).passed.sum() > MOST_WEAR:
         return None
     states, carried = until_now(steps, rng)
     scatter = values.scatter[0] * wear.scales

@@ -25,15 +25,11 @@ from hdprog.trend.smoother import draw
 from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
 from hdprog.trend.steady_evidence import said_by, sampled, steady_said
 from hdprog.trend.steady_pace import Told, pooled_fleet
-from hdprog.trend.trend_density import UNWORN
+from hdprog.trend.trend_density import FARTHEST_DEVIATE, MOST_WEAR, UNWORN
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import Information, StatePrior
 from hdprog.trend.wear_prior import RateAhead, WearPrior
 from tests.benchmarks.degradation.series import AT, Reading
-
-# The bounds that `fit_trend` keeps the hyperparameters in.
-_FARTHEST_DEVIATE = 6.0
-_MOST_WEAR = 30.0
 
 
 def of_one_figure(steps: Steps) -> Steps:
@@ -148,11 +144,11 @@ def density(readings: Sequence[Reading], wear_prior: WearPrior) -> LogDensity:
     seen = _observations(readings, wear_prior)
 
     def log_density(deviates: FloatArray) -> FloatArray:
-        inside = np.abs(deviates).max(axis=1) < _FARTHEST_DEVIATE
+        inside = np.abs(deviates).max(axis=1) < FARTHEST_DEVIATE
         safe = np.where(inside[:, None], deviates, UNWORN)
         values = Hyperparameters.of(safe, wear_prior)
         steps, _ = _steps(readings, wear_prior, values)
-        inside &= steps.passed.sum(axis=1) < _MOST_WEAR
+        inside &= steps.passed.sum(axis=1) < MOST_WEAR
         with np.errstate(all="ignore"):
             evidence = log_evidence(steps, values.scatter, seen)
         inside &= np.isfinite(evidence)
