@@ -34,8 +34,8 @@ _EFFECTS = (
     "checked again. How often that goes wrong is measured on simulated loops. What no mechanism "
     "carries becomes an empirical smooth curve over the coordinate that carries it; it is called "
     "unknown. The gain of expected log predictive density on left-out blocks, with its standard "
-    "error, stands beside each effect; it does not decide. The drive model alone, and the remaining "
-    "life that it would give, are sampled briefly: they are for comparison."
+    "error, stands beside each effect; it does not decide. The drive model alone, and the "
+    "remaining life that it would give, are sampled briefly: they are for comparison."
 )
 
 

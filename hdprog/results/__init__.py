@@ -1,0 +1,58 @@
+"""What the stages hand on: frozen results of a test, of its trend and of its forecast.
+
+They hold numbers only, ready to be written as JSON, drawn or stored.
+"""
+
+from hdprog.results.of_drive import DriveResult, Provenance
+from hdprog.results.of_forecast import Forecast, LoadScenario
+from hdprog.results.of_test import (
+    LEVELS,
+    Combination,
+    Diagnosis,
+    Identification,
+    LoopFit,
+    OtherToothAngle,
+    PaperIdentification,
+    ParameterDraws,
+    ParameterSummary,
+    Sensitivity,
+    TestResult,
+)
+from hdprog.results.of_trend import (
+    FigureTrend,
+    FleetShare,
+    NotReproduced,
+    Shrinkage,
+    SteadyShare,
+    SteadyWearSaid,
+    TemperatureEffect,
+    TrendSummary,
+    WearSaid,
+)
+
+__all__ = [
+    "LEVELS",
+    "Combination",
+    "Diagnosis",
+    "DriveResult",
+    "FigureTrend",
+    "FleetShare",
+    "Forecast",
+    "Identification",
+    "LoadScenario",
+    "LoopFit",
+    "NotReproduced",
+    "OtherToothAngle",
+    "PaperIdentification",
+    "ParameterDraws",
+    "ParameterSummary",
+    "Provenance",
+    "Sensitivity",
+    "Shrinkage",
+    "SteadyShare",
+    "SteadyWearSaid",
+    "TemperatureEffect",
+    "TestResult",
+    "TrendSummary",
+    "WearSaid",
+]
