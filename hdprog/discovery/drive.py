@@ -73,12 +73,13 @@ def brought_by_wear(posteriors: Sequence[Posterior], hours: Sequence[float]) -> 
     posteriors, hours : one a test, by service hours
     """
     found = dict.fromkeys(name for one in posteriors for name in one.effects)
+    mechanisms = [BY_ID[name] for name in found if name != UNKNOWN]
     return tuple(
-        BY_ID[name]
-        for name in found
-        if BY_ID[name].lasting
-        and BY_ID[name].static
-        and origin_of(_sizes(name, posteriors, hours)) == "wear"
+        effect
+        for effect in mechanisms
+        if effect.lasting
+        and effect.static
+        and origin_of(_sizes(effect.id, posteriors, hours)) == "wear"
     )
 
 

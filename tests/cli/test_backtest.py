@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +18,7 @@ from hdprog.errors import BadInputError
 from hdprog.inference.fit_loop import QUICK
 from hdprog.shipped import shipped
 from tests.cli.conftest import Invoke
+from tests.drive_folders import subset_of
 from tests.reporting.page import Page
 
 DRIVE = Path(str(shipped("datasets"))) / "wearing-csf-25-80"
@@ -27,14 +27,7 @@ SHORT = replace(QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40
 
 def subset(folder: Path, *tests: str) -> Path:
     """Copy a few tests of the shipped drive, without its truth."""
-    (folder / "loops").mkdir(parents=True)
-    shutil.copy(DRIVE / "drive.toml", folder)
-    header, *rows = (DRIVE / "tests.csv").read_text("utf-8").splitlines()
-    chosen = [row for row in rows if row.split(",")[0] in tests]
-    (folder / "tests.csv").write_text("\n".join([header, *chosen]) + "\n", "utf-8")
-    for test in tests:
-        shutil.copy(DRIVE / "loops" / f"{test}.csv", folder / "loops")
-    return folder
+    return subset_of(DRIVE, folder, tests)
 
 
 @pytest.mark.skipif(

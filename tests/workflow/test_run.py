@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,6 +19,7 @@ from hdprog.errors import BadInputError, UsageError
 from hdprog.inference.fit_loop import QUICK
 from hdprog.shipped import shipped
 from hdprog.workflow import Outcome
+from tests.drive_folders import subset_of
 from tests.reporting.page import Page
 
 DRIVE = Path(str(shipped("datasets"))) / "wearing-csf-25-80"
@@ -33,14 +33,7 @@ SHORT = replace(QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40
 
 def subset(folder: Path, tests: Sequence[str]) -> Path:
     """Copy a few tests of the shipped drive."""
-    (folder / "loops").mkdir(parents=True)
-    shutil.copy(DRIVE / "drive.toml", folder)
-    header, *rows = (DRIVE / "tests.csv").read_text("utf-8").splitlines()
-    chosen = [row for row in rows if row.split(",")[0] in tests]
-    (folder / "tests.csv").write_text("\n".join([header, *chosen]) + "\n", "utf-8")
-    for test in tests:
-        shutil.copy(DRIVE / "loops" / f"{test}.csv", folder / "loops")
-    return folder
+    return subset_of(DRIVE, folder, tests)
 
 
 def edit(folder: Path, old: str, new: str) -> None:

@@ -1,0 +1,43 @@
+"""Whole runs of the shipped drives with undeclared effects: found, followed, forecast, written."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import hdprog
+from hdprog.shipped import shipped
+from tests.drive_folders import subset_of
+from tests.reporting.page import Page
+
+DRIVES = Path(str(shipped("datasets"))) / "undeclared-effect"
+TESTS = ["t01", "t04", "t06"]
+
+
+@pytest.mark.parametrize(
+    ("name", "verdict", "origins"),
+    [
+        ("one-effect", "explained", {"creep": "rig"}),
+        ("two-effects", "explained", {"kinematic_error": "rig", "thermal_drift": "rig"}),
+        ("on-no-list", "unexplained", {"unknown": "rig"}),
+        ("grows-with-wear", "explained", {"coulomb_friction": "wear"}),
+    ],
+)
+def test_a_drive_is_run_whole_with_what_it_lacks(
+    name: str, verdict: str, origins: dict[str, str], tmp_path: Path
+) -> None:
+    folder = subset_of(DRIVES / name, tmp_path / "drive", TESTS)
+    outcome = hdprog.run(folder, quick=True, seed=3)
+    outcome.write(tmp_path / "out")
+    found: dict[str, Any] = json.loads((tmp_path / "out" / "explain.json").read_text("utf-8"))
+    assert found["verdict"] == verdict
+    assert {effect["id"]: effect["origin"] for effect in found["effects"]} == origins
+    assert found["after"]["rmse_rad"] < 0.8 * found["before"]["rmse_rad"]
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text("utf-8"))
+    assert [test["test_id"] for test in summary["tests"]] == TESTS
+    assert summary["forecast"]
+    page = Page((tmp_path / "out" / "report.html").read_text("utf-8"))
+    assert page.faults == []
