@@ -9,6 +9,9 @@ import numpy as np
 
 from hdprog.physics.parameters import FloatArray
 
+_SHRINKAGE = 0.05  # of slopes and correlations that are learnt from draws
+_LEAST_VARIANCE = 1e-8
+
 
 @dataclass(frozen=True)
 class Nuisances:
@@ -31,6 +34,28 @@ class Nuisances:
     def none(state: int) -> Nuisances:
         """No numbers beside a state of so many."""
         return Nuisances(np.zeros(0), np.zeros((0, state)), np.zeros((0, 0)))
+
+    @staticmethod
+    def fitted(departure: FloatArray, met: FloatArray) -> Nuisances:
+        """From draws of nuisances (draws, k) and of x − x* (draws, n): regression, shrunk."""
+        off = departure - departure.mean(axis=0)
+        scaled = off / np.maximum(off.std(axis=0), np.finfo(float).tiny)
+        mean, count = met.mean(axis=0), len(met)
+        ridge = scaled.T @ scaled + _SHRINKAGE * count * np.eye(off.shape[1])
+        effect = np.linalg.solve(ridge, scaled.T @ (met - mean))
+        slope = (effect / np.maximum(off.std(axis=0), np.finfo(float).tiny)[:, None]).T
+        left = met - mean - off @ slope.T
+        covariance = left.T @ left / count
+        covariance *= 1.0 - _SHRINKAGE * (1.0 - np.eye(met.shape[1]))
+        covariance += _LEAST_VARIANCE * np.eye(met.shape[1])
+        return Nuisances(
+            mean - slope @ departure.mean(axis=0), slope, np.asarray(np.linalg.inv(covariance))
+        )
+
+    def deviates(self, departure: FloatArray, nuisances: FloatArray) -> FloatArray:
+        """Standard normal deviates (draws, k) from which `draw` makes these nuisances."""
+        off = nuisances - self.mean - departure @ self.slope.T
+        return np.asarray(off @ np.linalg.cholesky(self.precision))
 
     def draw(self, departure: FloatArray, deviates: FloatArray) -> FloatArray:
         """Nuisances (draws, k) at x − x* (draws, n) from standard normal deviates (draws, k)."""

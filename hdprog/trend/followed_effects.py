@@ -23,6 +23,7 @@ Name = tuple[str, str]
 """Ids of an effect and of one of its parameters."""
 SMALLEST = 1e-3
 """Units below which a positive amplitude is evaluated here and continued as a straight line."""
+_STEP = 1e-4  # units, of the slope
 
 
 @dataclass(frozen=True)
@@ -104,29 +105,28 @@ class FollowedEffects:
             values[key[0]][key[1]] = unit * column[:, None]
         return LastingEffects(EffectSet(self.effects, self.scales), dict(values))
 
-    def coordinate(self, name: Name, parameter: EffectParameter, amplitude: float) -> Located:
-        """Where an amplitude of the state lies in an effect's own coordinate."""
+    def located(self, name: Name, parameter: EffectParameter, amplitudes: FloatArray) -> Located:
+        """Where amplitudes (draws,) of the state lie in an effect's own coordinate."""
         unit = self.units[name]
-        value = amplitude * unit
+        values = amplitudes * unit
         if parameter.transform == "log":
-            value = max(value, SMALLEST * unit)
-        at = parameter.coordinate(value)
-        step = 1e-4 * unit
-        slope = (parameter.coordinate(value + step) - at) / 1e-4
-        return Located(at, slope, amplitude - value / unit)
+            values = np.maximum(values, SMALLEST * unit)
+        at = parameter.coordinates(values)
+        slope = (parameter.coordinates(values + _STEP * unit) - at) / _STEP
+        return Located(at, slope, amplitudes - values / unit)
 
 
 @dataclass(frozen=True)
 class Located:
-    """An amplitude in an effect's coordinate.
+    """Amplitudes in an effect's coordinate.
 
     Attributes
     ----------
-    coordinate : where the effect is evaluated
-    slope : of the coordinate by the amplitude
-    beyond : part of the amplitude that a straight line has to continue
+    coordinate : (draws,) where the effect is evaluated
+    slope : (draws,) of the coordinate by the amplitude
+    beyond : (draws,) part of the amplitude that a straight line has to continue
     """
 
-    coordinate: float
-    slope: float
-    beyond: float
+    coordinate: FloatArray
+    slope: FloatArray
+    beyond: FloatArray

@@ -13,6 +13,7 @@ importance sampling, and the likelihood of a sampler whose prior is the Gaussian
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import cast
@@ -92,7 +93,7 @@ class _Counted:
 
 
 @dataclass(frozen=True)
-class _Test:
+class Test:
     """One test: linearised, its ridge, its own numbers, and what it says exactly, if it does."""
 
     loop: Linearised
@@ -128,7 +129,7 @@ class GaussianStep:
     state_prior, wear_prior : of the states
     """
 
-    tests: tuple[_Test, ...]
+    tests: tuple[Test, ...]
     seen: SeenTests
     timeline: Timeline
     state_prior: StatePrior
@@ -152,7 +153,7 @@ class GaussianStep:
                 own = test.exact.nuisances(to_loop(point))
                 own = replace(own, slope=own.slope * slope(point))
             ridge = RidgeMap(point, alpha, softplus_scale)
-            found.append(_Test(loop, point, ridge, own, test.exact))
+            found.append(Test(loop, point, ridge, own, test.exact))
         seen = SeenTests.of(mode.loops, tests, wear_prior)
         return GaussianStep(tuple(found), seen, timeline, state_prior, wear_prior)
 
@@ -173,6 +174,12 @@ class GaussianStep:
         counted = _Counted()
         self.at(deviates[:1])._states(cast("np.random.Generator", counted))
         return counted.count + sum(test.own.mean.size for test in self.tests)
+
+    def own_numbers(self, numbers: int) -> tuple[slice, ...]:
+        """Which of all numbers each test's own are drawn from; the others make the states."""
+        ends = np.cumsum([0, *(test.own.mean.size for test in self.tests)])
+        first = numbers - ends[-1]
+        return tuple(slice(first + a, first + b) for a, b in itertools.pairwise(ends))
 
 
 @dataclass(frozen=True)

@@ -4,20 +4,24 @@ Draws of the Gaussian step are weighted (see `gaussian_step`). Where Pareto k of
 they are drawn again by these (Vehtari et al., Journal of Machine Learning Research 25 (2024) 72).
 Where it is not, all loops and the trend are sampled together: elliptical slice sampling (Murray,
 Adams & MacKay, AISTATS 2010) of the numbers z of the Gaussian step, which turns each chain as far
-along an ellipse as its weight allows, and Metropolis steps that take other hyperparameters under
-the same z, or another z, drawn as the Gaussian step has them.
+along an ellipse as its weight allows, first what is each test's own, test by test, then all states;
+and Metropolis steps that take other hyperparameters under the same z, or another z, drawn as the
+Gaussian step has them. Chains start from draws of that step, and the weight comes in by and by.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hdprog.inference.diagnostics import diagnose
 from hdprog.inference.lazy_arviz import arviz
 from hdprog.physics.parameters import FloatArray
-from hdprog.trend.gaussian_step import GaussianStep, StepAt, Tangents
+from hdprog.trend.exact_likelihood import Nuisances
+from hdprog.trend.gaussian_step import GaussianStep, StepAt, Tangents, Test
 from hdprog.trend.hyperparameters import HyperparameterDraws
 
 HIGHEST_K = 0.5
@@ -25,10 +29,13 @@ HIGHEST_K = 0.5
 at 0.6 draws of these many dimensions were a third of a spread away from the posterior."""
 _WEIGHTED = 4000
 _GROUPS, _CHAINS = 4, 24  # chains are independent; R-hat is taken across groups of them
-_WARM_UP = 12
+_WARM_UP = 20
+_FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
+_LEARN = 5  # sweeps
 _EVERY = 2  # sweeps between kept ones
 _BRACKET = 2.0  # rad, first bracket of a slice
 _SHRINKS = 60
+_FRESH = 4  # sweeps from one offer of fresh numbers to the next
 RHAT_LIMIT = 1.1
 """On a hundred effective draws R-hat itself scatters by some hundredths."""
 _FEWEST_EFFECTIVE = 400.0  # weighted draws
@@ -36,9 +43,9 @@ _FEWEST_EFFECTIVE = 400.0  # weighted draws
 
 @dataclass(frozen=True)
 class Effort:
-    """How long to sample: sweeps kept at first, the bound to which they grow, ESS that ends them.
+    """How long to sample: sweeps at first, the bound of sweeps, the ESS that ends them.
 
-    Draws at the bound are trusted with `least` effective ones.
+    They grow by half of the first ones. Draws at the bound are trusted with `least` effective ones.
     """
 
     sweeps: int
@@ -47,8 +54,8 @@ class Effort:
     least: float
 
 
-FULL = Effort(100, 200, 120.0, 60.0)
-QUICK = Effort(50, 100, 80.0, 50.0)
+FULL = Effort(50, 100, 100.0, 60.0)
+QUICK = Effort(40, 80, 80.0, 50.0)
 
 
 @dataclass(frozen=True)
@@ -111,8 +118,9 @@ def met_by_tests(
     if pareto_k <= HIGHEST_K and effective > _FEWEST_EFFECTIVE:
         chosen = rng.choice(_WEIGHTED, _WEIGHTED, p=smoothed)
         return Met(deviates[chosen], met[chosen], pareto_k, worth=effective)
-    chosen = rng.choice(_WEIGHTED, _GROUPS * _CHAINS, p=smoothed)
-    chains = _Chains(step, draws, deviates[chosen], numbers[chosen], rng)
+    # Draws by the Gaussian step as they are: wider than the posterior, and no two the same.
+    start = np.resize(np.flatnonzero(np.isfinite(log_weight)), _GROUPS * _CHAINS)
+    chains = _Chains(step, draws, deviates[start], numbers[start], rng)
     return _sampled(chains, pareto_k, effort)
 
 
@@ -127,8 +135,7 @@ def _smoothed(log_weight: FloatArray) -> tuple[FloatArray, float]:
 
 def _sampled(chains: _Chains, pareto_k: float, effort: Effort) -> Met:
     """Run until the draws may be trusted, or to the bound."""
-    for _ in range(_WARM_UP):
-        chains.sweep()
+    chains.warm_up()
     deviates: list[FloatArray] = []
     measured: list[FloatArray] = []
     sweeps = effort.sweeps
@@ -140,9 +147,9 @@ def _sampled(chains: _Chains, pareto_k: float, effort: Effort) -> Met:
                 measured.append(chains.met.copy())
         found = _diagnosed(np.array(deviates), np.array(measured), pareto_k, effort)
         enough = found.converged and (found.ess or 0.0) >= effort.ess
-        if enough or 2 * sweeps > effort.largest_sweeps:
+        if enough or sweeps >= effort.largest_sweeps:
             return found
-        sweeps *= 2
+        sweeps = min(sweeps + effort.sweeps // 2, effort.largest_sweeps)
 
 
 def _diagnosed(deviates: FloatArray, measured: FloatArray, pareto_k: float, effort: Effort) -> Met:
@@ -183,57 +190,105 @@ class _Chains:
         rng: np.random.Generator,
     ) -> None:
         self._step, self._draws, self._rng = step, draws, rng
-        self._numbers = numbers
-        self._take(deviates, step.at(deviates))
+        self._numbers, self._own = numbers, step.own_numbers(numbers.shape[1])
+        self._sweeps, self._share = 0, 1.0
+        self.deviates, self._at = deviates, step.at(deviates)
+        self._tangents = self._at.tangents(numbers)
+        self._weight, self.met = self._at.log_weight(self._tangents)
+
+    def warm_up(self) -> None:
+        """From the Gaussian step to the posterior: the weight comes in by and by.
+
+        Meanwhile the Gaussians of the tests' own numbers are taken anew, as these are met.
+        """
+        lately: list[Tangents] = []
+        for number in range(_WARM_UP):
+            self._share = min(1.0, _FIRST_SHARE ** (1.0 - number / (0.6 * _WARM_UP)))
+            self.sweep()
+            lately.append(self._tangents)
+            if number % _LEARN == _LEARN - 1:
+                self._learn_own(lately[-_LEARN:])
+        self._share = 1.0
 
     def sweep(self) -> None:
-        """Turn every chain along an ellipse; offer it other hyperparameters, then a fresh draw."""
-        self._turn()
+        """Turn what is each test's own, then the states; offer other hyperparameters."""
+        self._turn_own()
+        self._turn_states()
         deviates = self._draws.thinned(len(self.deviates), self._rng)
         self._offer(deviates, self._step.at(deviates), self._numbers)
         self._at = self._step.at(self.deviates)
-        # Tails that a turn hardly finds are entered, and left, by draws of their own.
-        self._offer(self.deviates, self._at, self._rng.standard_normal(self._numbers.shape))
+        if self._sweeps % _FRESH == 0:
+            # Tails that a turn hardly finds are entered, and left, by draws of their own.
+            self._offer(self.deviates, self._at, self._rng.standard_normal(self._numbers.shape))
+        self._sweeps += 1
 
-    def _take(self, deviates: FloatArray, at: StepAt) -> None:
-        self.deviates, self._at = deviates, at
-        self._tangents = at.tangents(self._numbers)
-        self._weight, self.met = at.log_weight(self._tangents)
+    def _learn_own(self, lately: Sequence[Tangents]) -> None:
+        """Take Gaussians of the tests' own numbers from draws; every chain stays where it is."""
+        tests, here = [], self._tangents
+        for place, test in enumerate(self._step.tests):
+            if test.exact is not None and test.own.mean.size:
+                departure = np.concatenate([one.states[:, place] - test.point for one in lately])
+                met = np.concatenate([one.nuisances[place] for one in lately])
+                test = replace(test, own=Nuisances.fitted(departure, met))
+                now = here.states[:, place] - test.point
+                self._numbers[:, self._own[place]] = test.own.deviates(now, here.nuisances[place])
+            tests.append(test)
+        self._step = replace(self._step, tests=tuple(tests))
+        self._at = replace(self._at, step=self._step)
+        self._weight, self.met = self._at.log_weight(here)
 
-    def _turn(self) -> None:
-        rng, count = self._rng, len(self.deviates)
-        fresh = rng.standard_normal(self._numbers.shape)
-        centre = self._at.tangents(np.zeros_like(fresh))
-        other = self._at.tangents(fresh)
-        height = self._weight + np.log(rng.uniform(size=count))
-        low = -_BRACKET * rng.uniform(size=count)
-        high = low + _BRACKET
-        angle, turning = rng.uniform(low, high), np.arange(count)
-        for _ in range(_SHRINKS):
-            if not turning.size:
-                break
-            at = self._at.rows(turning)
-            some = (draws.rows(turning) for draws in (self._tangents, centre, other))
-            here, middle, further = some
-            weight, met = at.log_weight(here.turned(middle, further, angle[turning]))
-            inside = weight > height[turning]
-            there = turning[inside]
-            self._weight[there], self.met[there] = weight[inside], met[inside]
-            turning = turning[~inside]
-            back = angle[turning] < 0
-            low[turning] = np.where(back, angle[turning], low[turning])
-            high[turning] = np.where(back, high[turning], angle[turning])
-            angle[turning] = rng.uniform(low[turning], high[turning])
-        angle[turning] = 0.0  # rounding alone keeps them out of a slice that holds where they are
-        turned = np.cos(angle)[:, None] * self._numbers + np.sin(angle)[:, None] * fresh
-        self._numbers = turned
-        self._tangents = self._tangents.turned(centre, other, angle)
+    def _turn_own(self) -> None:
+        """Every test by itself: for given states the weight is a product over the tests."""
+        nuisances = list(self._tangents.nuisances)
+        for place, test in enumerate(self._step.tests):
+            if test.exact is not None and test.own.mean.size:
+                nuisances[place] = self._own_turned(place, test)
+        self._tangents = replace(self._tangents, nuisances=tuple(nuisances))
+
+    def _own_turned(self, place: int, test: Test) -> FloatArray:
+        own, state = self._own[place], self._tangents.states[:, place]
+        old, nuisances = self._numbers[:, own], self._tangents.nuisances[place]
+        other = self._rng.standard_normal(old.shape)
+
+        def at_angles(rows: NDArray[np.intp], angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+            numbers = _between(old[rows], other[rows], angle)
+            drawn = test.own.draw(state[rows] - test.point, numbers)
+            return test.log_ratio(state[rows], drawn)[0], drawn
+
+        now, _ = test.log_ratio(state, nuisances)
+        angle, new, drawn = _turned(at_angles, now + self._room(), (now, nuisances), self._rng)
+        self._numbers[:, own] = _between(old, other, angle)
+        self._weight = self._weight + (new - now)
+        return drawn
+
+    def _turn_states(self) -> None:
+        """All states together; what is the tests' own follows as the Gaussian step has it."""
+        rng, at, here = self._rng, self._at, self._tangents
+        fresh, still = rng.standard_normal(self._numbers.shape), np.zeros_like(self._numbers)
+        for own in self._own:
+            fresh[:, own] = still[:, own] = self._numbers[:, own]
+        centre, other = at.tangents(still), at.tangents(fresh)
+
+        def at_angles(rows: NDArray[np.intp], angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+            three = (draws.rows(rows) for draws in (here, centre, other))
+            start, middle, further = three
+            return at.rows(rows).log_weight(start.turned(middle, further, angle))
+
+        height = self._weight + self._room()
+        now = (self._weight, self.met)
+        angle, self._weight, self.met = _turned(at_angles, height, now, rng)
+        self._numbers = still + _between(self._numbers - still, fresh - still, angle)
+        self._tangents = here.turned(centre, other, angle)
+
+    def _room(self) -> FloatArray:
+        """By how much the log weight (chains,) may fall, drawn for the share of it that counts."""
+        return np.asarray(np.log(self._rng.uniform(size=len(self.deviates))) / self._share)
 
     def _offer(self, deviates: FloatArray, at: StepAt, numbers: FloatArray) -> None:
         """Take what is drawn as the Gaussian step has it, or stay, by the ratio of the weights."""
         tangents = at.tangents(numbers)
         weight, met = at.log_weight(tangents)
-        taken = np.log(self._rng.uniform(size=len(deviates))) < weight - self._weight
+        taken = self._room() < weight - self._weight
 
         def chosen(new: FloatArray, old: FloatArray) -> FloatArray:
             return np.where(taken.reshape((-1,) + (1,) * (new.ndim - 1)), new, old)
@@ -246,3 +301,58 @@ class _Chains:
             chosen(tangents.states, self._tangents.states),
             tuple(chosen(new, old) for new, old in each),
         )
+
+
+def _between(one: FloatArray, other: FloatArray, angle: FloatArray) -> FloatArray:
+    """On the ellipse through (chains, k) numbers and others about zero, by angles (chains,)."""
+    return np.asarray(np.cos(angle)[:, None] * one + np.sin(angle)[:, None] * other)
+
+
+def _turned(
+    at_angles: Callable[[NDArray[np.intp], FloatArray], tuple[FloatArray, FloatArray]],
+    height: FloatArray,
+    now: tuple[FloatArray, FloatArray],
+    rng: np.random.Generator,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Turn chains along their ellipses to angles whose log weight is above a height.
+
+    A bracket of angles shrinks towards zero, where a chain is, until a draw from it is inside.
+    While few chains are left, several draws of each are looked at together: the brackets after
+    a miss do not hang on by how much it missed.
+
+    Parameters
+    ----------
+    at_angles : log weights and what belongs to them (rows, ...) of some chains at an angle each
+    height : (chains,)
+    now : the same at angle zero
+    rng : source of randomness
+
+    Returns
+    -------
+    angles (chains,), log weights and what belongs to them there
+    """
+    count = len(height)
+    angle, weight, kept = np.zeros(count), now[0].copy(), now[1].copy()
+    low = -_BRACKET * rng.uniform(size=count)
+    high = low + _BRACKET
+    turning = np.arange(count)
+    shrinks = 0
+    # Rounding alone can keep a chain out of a slice that holds where it is: it stays there.
+    while turning.size and shrinks < _SHRINKS:
+        ahead = count // turning.size
+        shrinks += ahead
+        tries = np.empty((turning.size, ahead))
+        for number in range(ahead):
+            at = rng.uniform(low[turning], high[turning])
+            low[turning] = np.where(at < 0, at, low[turning])
+            high[turning] = np.where(at < 0, high[turning], at)
+            tries[:, number] = at
+        found, belongs = at_angles(np.repeat(turning, ahead), tries.ravel())
+        inside = found.reshape(tries.shape) > height[turning, None]
+        row = np.flatnonzero(inside.any(axis=1))
+        place = row * ahead + inside[row].argmax(axis=1)
+        there = turning[row]
+        angle[there] = tries.ravel()[place]
+        weight[there], kept[there] = found[place], belongs[place]
+        turning = np.delete(turning, row)
+    return angle, weight, kept

@@ -120,8 +120,12 @@ class FittedLoop:
     @cached_property
     def _own(self) -> NDArray[np.intp]:
         """Columns of a point that are no part of the state."""
-        followed = [column for column, _ in self._located(np.zeros(self._amplitudes))]
-        return np.setdiff1d(np.arange(COUNT, self.point.size), followed)
+        return np.setdiff1d(np.arange(COUNT, self.point.size), self._columns)
+
+    @cached_property
+    def _columns(self) -> list[int]:
+        """Columns of a point that hold the followed amplitudes."""
+        return [column for column, _ in self._located(np.zeros((1, self._amplitudes)))]
 
     @property
     def _amplitudes(self) -> int:
@@ -135,35 +139,33 @@ class FittedLoop:
         The state's numbers in the point are set to coordinates and amplitudes (n,).
         """
         point[:COUNT] = coordinates[:COUNT]
-        located = self._located(coordinates[COUNT:])
-        columns = np.concatenate([np.arange(COUNT), [column for column, _ in located]])
+        located = self._located(coordinates[None, COUNT:])
+        columns = np.concatenate([np.arange(COUNT), self._columns])
         for column, place in located:
-            point[column] = place.coordinate
+            point[column] = place.coordinate[0]
         residual, derivative = self.likelihood.jacobian(point)
         derivative = derivative.copy()
         for column, place in located:
-            derivative[:, column] *= place.slope
-            residual = residual + derivative[:, column] * place.beyond
+            derivative[:, column] *= place.slope[0]
+            residual = residual + derivative[:, column] * place.beyond[0]
         return residual, derivative, columns.astype(np.intp)
 
     def _with_amplitudes(self, points: FloatArray, amplitudes: FloatArray) -> FloatArray:
         """Log likelihood (draws,) of points with amplitudes (draws, followed) put into them."""
-        placed = [self._located(one) for one in amplitudes]
-        for row, places in enumerate(placed):
-            for column, place in places:
-                points[row, column] = place.coordinate
+        located = self._located(amplitudes)
+        for column, place in located:
+            points[:, column] = place.coordinate
         residual = self.likelihood.residual(points)
-        for index, (column, _) in enumerate(placed[0]):
-            beyond = np.array([places[index][1].beyond for places in placed])
-            rows = np.flatnonzero(beyond)
+        twice = self._located(np.full((1, self._amplitudes), 2 * SMALLEST))
+        for (column, place), (_, further) in zip(located, twice, strict=True):
+            rows = np.flatnonzero(place.beyond)
             if rows.size == 0:
                 continue
             # An amplitude that its own coordinate cannot reach: a straight line from there.
-            further = np.full(self._amplitudes, 2 * SMALLEST)
             near = points[rows].copy()
-            near[:, column] = self._located(further)[index][1].coordinate
+            near[:, column] = further.coordinate
             moved = (self.likelihood.residual(near) - residual[rows]) / SMALLEST
-            residual[rows] += moved * beyond[rows, None]
+            residual[rows] += moved * place.beyond[rows, None]
         with np.errstate(all="ignore"):
             squares = np.einsum("ij,ij->i", residual, residual)
             density = -0.5 * self.likelihood.degrees * np.log(squares)
@@ -171,7 +173,7 @@ class FittedLoop:
         return np.where(inside, density, -np.inf)
 
     def _located(self, amplitudes: FloatArray) -> list[tuple[int, Located]]:
-        """Of each amplitude, its column in a point and where it lies there."""
+        """Of each amplitude in (draws, followed), its column in a point and where it lies there."""
         if self.followed is None:
             return []
         places = {
@@ -179,8 +181,8 @@ class FittedLoop:
             for index, (effect, parameter) in enumerate(self.likelihood.effect_set.parameters)
         }
         return [
-            (places[name][0], self.followed.coordinate(name, places[name][1], float(amplitude)))
-            for name, amplitude in zip(self.followed.units, amplitudes, strict=True)
+            (places[name][0], self.followed.located(name, places[name][1], column))
+            for name, column in zip(self.followed.units, amplitudes.T, strict=True)
         ]
 
 

@@ -17,6 +17,7 @@ from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrai
 from hdprog.physics.parameters import NAMES
 from hdprog.trend import joint_refit
 from hdprog.trend.evidence import Linearised
+from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.gaussian_step import GaussianStep
 from hdprog.trend.hyperparameters import HyperparameterDraws
 from hdprog.trend.joint_refit import Effort, Met, met_by_tests
@@ -152,6 +153,68 @@ def test_loops_that_are_gaussian_are_neither_weighted_nor_sampled(problem: Probl
     assert found.converged
 
 
+def step_covariance(problem: Problem) -> np.ndarray:
+    """(16, 16) of what the tests met, by the Gaussian step."""
+    whole = problem.prior.precision.copy()
+    for number, test in enumerate(problem.step.tests):
+        block = slice(8 * number, 8 * number + 8)
+        whole[block, block] += test.loop.precision
+    return np.asarray(np.linalg.inv(whole))
+
+
+@dataclass(frozen=True)
+class Counting:
+    """The linearised loop, and a count of two at a rate of exp(v + 0.8 ξ), ξ a scaled T_i."""
+
+    loop: Linearised
+    point: np.ndarray
+    mean: float
+    spread: float
+
+    def log_likelihood(self, coordinates: np.ndarray, nuisances: np.ndarray) -> np.ndarray:
+        at = from_loop(coordinates)
+        off = at - self.point
+        pull = self.loop.information - self.loop.precision @ self.point
+        log_rate = nuisances[:, 0] + 0.8 * (at[:, T_I] - self.mean) / self.spread
+        said = off @ pull - 0.5 * np.einsum("di,ij,dj->d", off, self.loop.precision, off)
+        return said + 2 * log_rate - np.exp(log_rate)
+
+
+@pytest.mark.parametrize("weighed", [True, False])
+def test_what_is_a_tests_own_is_sampled_with_the_state(
+    problem: Problem, monkeypatch: pytest.MonkeyPatch, weighed: bool
+) -> None:
+    """Against quadrature over (ξ, v), from a Gaussian of v that is off; left out, it shows."""
+    monkeypatch.setattr(joint_refit, "HIGHEST_K", -1.0)
+    monkeypatch.setattr(RidgeMap, "onto_ridge", lambda self, u: (u, np.zeros(len(u))))
+    if not weighed:
+        monkeypatch.setattr(Nuisances, "log_density", lambda self, x, v: np.zeros(len(v)))
+    covariance = step_covariance(problem)
+    plain = problem.prior.precision @ problem.prior.mean.ravel()
+    plain += np.concatenate([test.loop.information for test in problem.step.tests])
+    mean, spread = float((covariance @ plain)[T_I]), float(np.sqrt(covariance[T_I, T_I]))
+    first, second = problem.step.tests
+    slope = np.zeros((1, 8))
+    slope[0, T_I] = 0.4 / spread
+    own = Nuisances(np.array([0.5]), slope, np.array([[1.6]]))
+    counting = replace(first, own=own, exact=Counting(first.loop, first.point, mean, spread))
+    step = replace(problem.step, tests=(counting, replace(second, exact=None)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        found = met_by_tests(step, fixed_draws(), np.random.default_rng(8), LONG).measured
+    drawn = (found[:, 0, T_I] - mean) / spread
+    grid = np.linspace(-7.0, 7.0, 1401)
+    along, own_number = grid[:, None], grid
+    log_rate = own_number + 0.8 * along
+    log_density = 2 * log_rate - np.exp(log_rate) - 0.5 * (along**2 + own_number**2)
+    weight = np.exp(log_density).sum(axis=1)
+    weight /= weight.sum()
+    expected = weight @ grid
+    expected_sd = np.sqrt(weight @ (grid - expected) ** 2)
+    close = abs(drawn.mean() - expected) < 0.06
+    assert (close and abs(drawn.std() / expected_sd - 1.0) < 0.05) == weighed
+
+
 @dataclass(frozen=True)
 class Tilted:
     """The linearised loop itself, times exp(tilt·x): a Gaussian of the same spread, moved."""
@@ -171,11 +234,7 @@ def test_weighted_draws_have_the_mean_that_is_known(
 ) -> None:
     """A tilt of 0.4 spreads: 3 400 of 4 000 draws are effective, a mean errs by 0.017 of them."""
     monkeypatch.setattr(RidgeMap, "onto_ridge", lambda self, u: (u, np.zeros(len(u))))
-    whole = problem.prior.precision.copy()
-    for number, test in enumerate(problem.step.tests):
-        block = slice(8 * number, 8 * number + 8)
-        whole[block, block] += test.loop.precision
-    covariance = np.linalg.inv(whole)
+    covariance = step_covariance(problem)
     spread = np.sqrt(np.diag(covariance))
     tilt = np.zeros(16)
     tilt[T_I] = 0.4 / spread[T_I]

@@ -61,15 +61,19 @@ class EffectParameter:
 
     def coordinate(self, value: float) -> float:
         """Coordinate of a physical value, held to what the prior can have drawn."""
+        return float(self.coordinates(np.asarray(value)))
+
+    def coordinates(self, values: FloatArray) -> FloatArray:
+        """Coordinates (...) of physical values (...), held to what the prior can have drawn."""
         if self.transform == "normal":
-            return float((value - self.first) / self.second)
+            return np.asarray((values - self.first) / self.second)
         if self.transform == "signed":
-            return float(np.arcsinh(value / self.first) / self.second)
+            return np.asarray(np.arcsinh(values / self.first) / self.second)
         if self.transform == "log":
-            deviates = np.log(max(value, 1e-300) / self.first) / self.second
+            deviates = np.log(np.maximum(values, 1e-300) / self.first) / self.second
         else:
-            deviates = ndtri((value - self.first) / (self.second - self.first))
-        return float(np.clip(deviates, -_FARTHEST, _FARTHEST))
+            deviates = ndtri((values - self.first) / (self.second - self.first))
+        return np.asarray(np.clip(deviates, -_FARTHEST, _FARTHEST))
 
     @property
     def absent(self) -> float:
