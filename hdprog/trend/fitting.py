@@ -24,6 +24,7 @@ from hdprog.trend.hyperparameters import (
 from hdprog.trend.joint_refit import FULL as JOINT_FULL
 from hdprog.trend.joint_refit import QUICK as JOINT_QUICK
 from hdprog.trend.joint_refit import Met, met_by_tests
+from hdprog.trend.joint_start import best_start
 from hdprog.trend.relinearise import JointMode, JointPrior, joint_mode, moved
 from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
 from hdprog.trend.trend import Trend
@@ -84,6 +85,8 @@ def fit_trend(
     loops = tuple(linearise(test, point) for test, point in zip(tests, start, strict=True))
     found = JointMode(start, loops, converged=False, steps=0)
     starts = np.concatenate([UNWORN[None], rng.standard_normal((63, UNWORN.size))])
+    best = mode_of(density_at(found), starts)
+    found = best_start(tests, start, joint_prior(best), state_prior.sd)
     for _ in range(_ROUNDS):
         best = mode_of(density_at(found), starts)
         found = joint_mode(tests, found.points, joint_prior(best))

@@ -169,6 +169,13 @@ def _joint(
     return precision, slope
 
 
+def log_evidence(mode: JointMode, prior: JointPrior) -> float:
+    """Log of the integral over all that the tests met, by Laplace's method, up to a constant."""
+    precision, _ = _joint(mode.loops, mode.points, prior)
+    height = _height(mode.loops, mode.points, prior)
+    return height - 0.5 * float(np.linalg.slogdet(precision)[1])
+
+
 def moved(before: FloatArray, after: JointMode, prior: JointPrior) -> float:
     """Distance of two points of linearisation (tests, n) in joint posterior spreads, per number."""
     precision, _ = _joint(after.loops, after.points, prior)

@@ -1,0 +1,64 @@
+"""The climb to the joint mode begins in the better of two valleys, wherever the means lie."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from hdprog.trend.joint_start import best_start
+from hdprog.trend.relinearise import JointPrior
+from hdprog.trend.wear_coordinates import from_loop, to_loop
+from tests.trend.stand_in import Information
+
+SD = np.ones(8)
+PRECISION = 25.0
+
+
+@dataclass(frozen=True)
+class TwoModes:
+    """Evidence with one mode at −2 and another at 2 of the first coordinate, lower by `lower`."""
+
+    lower: float
+    posterior: np.ndarray
+    exact: object | None
+    service_hours: float = 0.0
+    event: str | None = None
+    load_hours: float | None = None
+    temperature_C: float | None = None
+
+    def linearise(self, coordinates: np.ndarray) -> Information:
+        mode = np.zeros(8)
+        mode[0] = -2.0 if coordinates[0] < 0 else 2.0
+        mode[4] = coordinates[4]  # the threshold's coordinate is curved: nothing is known of it
+        precision = PRECISION * np.eye(8)
+        precision[4, 4] = 0.0
+        off = coordinates - mode
+        height = -0.5 * PRECISION * float(off @ off) - (self.lower if mode[0] > 0 else 0.0)
+        return Information(precision, precision @ mode, height)
+
+
+def evidence(lower: float, exact: object | None) -> list[TwoModes]:
+    """Two tests, six of ten draws about the mode at 2."""
+    rng = np.random.default_rng(3)
+    draws = from_loop(np.zeros((200, 8))) + rng.standard_normal((200, 8)) / np.sqrt(PRECISION)
+    draws[:, 0] += np.where(np.arange(200) % 10 < 6, 2.0, -2.0)
+    return [TwoModes(lower, to_loop(draws), exact) for _ in range(2)]
+
+
+@pytest.mark.parametrize(
+    ("lower", "exact", "mode"),
+    [(5.0, True, -2.0), (-5.0, True, 2.0), (5.0, None, 2.0)],
+    ids=["far from the means", "near the means", "Gaussian loops are climbed from the means"],
+)
+def test_the_start_with_most_evidence_is_taken(
+    lower: float, exact: object | None, mode: float
+) -> None:
+    tests = evidence(lower, exact)
+    means = np.stack([from_loop(test.posterior).mean(axis=0) for test in tests])
+    assert (means[:, 0] > 0).all()
+    centre = np.zeros((2, 8))
+    centre[:, 4] = means[:, 4]
+    found = best_start(tests, means, JointPrior(centre, 1e-4 * np.eye(16)), SD)
+    assert found.points[:, 0] == pytest.approx(mode, abs=0.1)
