@@ -24,7 +24,7 @@ from hdprog.inference.fit_loop import FULL, QUICK, SamplingPlan
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import Prior, RecordScales
-from hdprog.parallel import hold_blas_to_one_thread, process_executor
+from hdprog.parallel import hold_blas_to_one_thread, process_executor, spread_over
 from hdprog.results import Provenance
 from hdprog.tests_of_drive import fit_tests
 from hdprog.trend.loop_evidence import FittedLoop
@@ -210,7 +210,7 @@ def _backtest(
         ]
         # A test at the hours of the last one has nothing after it.
         known = [n for n in range(1, count) if seen[n - 1].service_hours < seen[-1].service_hours]
-        spread = map if executor is None else executor.map
+        spread = spread_over(executor)
         same = [[one] * len(known) for one in (seen, drive, prior, wear_prior, operation)]
         for done in spread(
             score_origin,

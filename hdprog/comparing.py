@@ -19,7 +19,7 @@ from hdprog.data.loop import Loop
 from hdprog.inference.fit_loop import FULL, QUICK
 from hdprog.inference.prepare import prepare
 from hdprog.outcome import write_beside_report
-from hdprog.parallel import hold_blas_to_one_thread, process_executor
+from hdprog.parallel import hold_blas_to_one_thread, process_executor, spread_over
 from hdprog.physics.other_models import MODELS
 from hdprog.results import Provenance
 
@@ -119,7 +119,7 @@ def compare(
     count = len(order)
     fitted = []
     with process_executor(workers) as executor:
-        spread = map if executor is None else executor.map
+        spread = spread_over(executor)
         found = spread(
             fit_model,
             [prepared] * count,

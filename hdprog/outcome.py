@@ -16,7 +16,7 @@ from hdprog.config import ReportSettings
 from hdprog.errors import UsageError
 from hdprog.explanation import DriveExplanation, ErrorFigures, Explanation, FoundEffect
 from hdprog.inference.posterior import Posterior
-from hdprog.parallel import process_executor
+from hdprog.parallel import process_executor, spread_over
 from hdprog.results import DriveResult, Forecast, TestResult, TrendSummary
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ class Outcome:
             atomic_directory(Path(out)) as folder,
             process_executor(workers if several else 1) as executor,
         ):
-            spread = map if executor is None else executor.map
+            spread = spread_over(executor)
             if not self.single:
                 (folder / "posteriors").mkdir()
             names = [

@@ -6,7 +6,7 @@ import multiprocessing
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from typing import Any, TypeVar
@@ -56,6 +56,11 @@ def process_executor(workers: int | None = None) -> Iterator[Executor | None]:
         raise
     finally:
         executor.shutdown(wait=True, cancel_futures=True)
+
+
+def spread_over(executor: Executor | None) -> Callable[..., Iterable[Any]]:
+    """`map` over worker processes, or here where there is no executor."""
+    return map if executor is None else executor.map
 
 
 def begin(

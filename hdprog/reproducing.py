@@ -12,7 +12,7 @@ import numpy as np
 
 from hdprog.inference.fit_loop import FULL, QUICK
 from hdprog.outcome import write_beside_report
-from hdprog.parallel import hold_blas_to_one_thread, process_executor
+from hdprog.parallel import hold_blas_to_one_thread, process_executor, spread_over
 from hdprog.physics.figures import ARCMIN_PER_RAD
 from hdprog.reproduction import mesh, records, sensitivity, stiffness
 from hdprog.reproduction.results import BranchPair, Finding, Recovery, Reproduction
@@ -91,7 +91,7 @@ def reproduce_paper(
     hold_blas_to_one_thread()
     seeds = np.random.SeedSequence(seed).spawn(3)
     with process_executor(workers) as executor:
-        spread = map if executor is None else executor.map
+        spread = spread_over(executor)
         plan = QUICK if quick else FULL
         recovering = spread(records.recovery, ("initial", "post-test"), seeds[:2], [plan] * 2)
         loops = (steady_loop(INITIAL, "initial"), steady_loop(POST_TEST, "post-test"))

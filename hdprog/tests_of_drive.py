@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare
 from hdprog.inference.priors import Prior
 from hdprog.inference.summarise import figure_requests, summarise
+from hdprog.parallel import spread_over
 from hdprog.results import TestResult
 
 Progress = Callable[[str, int, int], None]
@@ -68,7 +69,7 @@ def fit_tests(
     """
     count = len(loops)
     jobs = (loops, folder.tests, [folder.drive] * count, [prior] * count, seeds, [plan] * count)
-    return _counted(_spread(executor)(_fit, *jobs), "fits", count, progress)
+    return _counted(spread_over(executor)(_fit, *jobs), "fits", count, progress)
 
 
 def trace_tests(
@@ -80,7 +81,7 @@ def trace_tests(
     progress: Progress | None = None,
 ) -> tuple[Traced, ...]:
     """Look for effects in all tests together; parameters as in `fit_tests`."""
-    count, spread = len(loops), _spread(executor)
+    count, spread = len(loops), spread_over(executor)
     if progress is not None:
         progress("effects", 0, 1)
     preparing, searching = zip(*(_children(seed)[:2] for seed in seeds), strict=True)
@@ -103,7 +104,7 @@ def fit_traced(
 ) -> list[FittedTest]:
     """Fit every test with what was found in it; parameters as in `fit_tests`."""
     sampling = [_children(seed)[2] for seed in seeds]
-    fitted = _spread(executor)(_sample, traced, folder.tests, sampling, [plan] * len(traced))
+    fitted = spread_over(executor)(_sample, traced, folder.tests, sampling, [plan] * len(traced))
     return _counted(fitted, "fits", len(traced), progress)
 
 
@@ -121,12 +122,8 @@ def close_tests(
     """
     posteriors = [one.posterior for one in fitted]
     closing = [_children(seed)[3] for seed in seeds]
-    closed = _spread(executor)(_close, traced, posteriors, folder.tests, closing)
+    closed = spread_over(executor)(_close, traced, posteriors, folder.tests, closing)
     return _counted(closed, "trend", len(traced) + 1, progress)
-
-
-def _spread(executor: Executor | None) -> Callable[..., Iterable[Any]]:
-    return map if executor is None else executor.map
 
 
 def _children(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:

@@ -26,7 +26,7 @@ from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import RecordScales
 from hdprog.inference.summarise import figure_requests, summarise
 from hdprog.outcome import ExplainOutcome, Outcome
-from hdprog.parallel import begin, hold_blas_to_one_thread, process_executor
+from hdprog.parallel import begin, hold_blas_to_one_thread, process_executor, spread_over
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.base import Effect
 from hdprog.physics.figures import figures
@@ -175,7 +175,7 @@ def explain(
     prepared = prepare(loop, drive, rng)
     with process_executor(workers) as executor:
         entropy = np.random.SeedSequence(rng.integers(0, 2**32, size=4).tolist())
-        spread = map if executor is None else executor.map
+        spread = spread_over(executor)
         traced = trace([prepared], [entropy], spread=spread, inner=spread)[0]
         if progress is not None:
             progress("sampling", 0, 1)

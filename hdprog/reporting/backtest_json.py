@@ -64,12 +64,18 @@ def _pooled(drives: Sequence[DriveScores]) -> dict[str, Any]:
             "coverage": [_coverage(crossing_coverage(scores, level)) for level in INTERVALS],
             "mean_crps_hours": _mean([score.crps_hours for score in scores]),
             "mean_log_score": _mean([score.log_score for score in scores]),
-            "late_share": lateness(drives),
+            **_lateness(drives),
             "pit_histogram": _histogram([score.transform for score in scores]),
         },
         "next_tests": _figures(figures(drives, ahead=1)),
         "later_tests": _figures(figures(drives)),
     }
+
+
+def _lateness(drives: Sequence[DriveScores]) -> dict[str, Any]:
+    late = lateness(drives)
+    beyond = late is not None and math.isinf(late)
+    return {"late_share": None if beyond else late, "late_past_horizon": beyond}
 
 
 def _figures(scores: Sequence[FigureScore]) -> dict[str, Any]:
@@ -123,7 +129,7 @@ def _drive(drive: DriveScores) -> dict[str, Any]:
         "converged": drive.converged,
         "tests_not_converged": list(drive.unfitted),
         "warnings": list(drive.warnings),
-        "late_share": lateness([drive]),
+        **_lateness([drive]),
         "crossings": [
             {
                 "figure": course.key,

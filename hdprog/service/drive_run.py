@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hdprog.atomic import atomic_write_text
-from hdprog.parallel import process_executor
+from hdprog.parallel import process_executor, spread_over
 from hdprog.service.pictures import write_pictures
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def write_test_reports(outcome: Outcome, folder: Path, workers: int | None = Non
     catalogues = [one.prior.catalogue for one in outcome.posteriors] or [{}] * len(tests)
     paths = [folder / f"{test.test_id}.html" for test in tests]
     with process_executor(workers if len(tests) > 1 else 1) as executor:
-        spread = map if executor is None else executor.map
+        spread = spread_over(executor)
         for _ in spread(_write_report, alone, catalogues, paths):
             pass
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -116,3 +117,17 @@ def test_the_json_is_strict_and_whole() -> None:
     forecast = again["drives"][1]["origins"][0]["forecasts"][0]
     assert forecast["crossed_at_hours"] is None
     assert forecast["forecast_hours"]["q50"] == pytest.approx(500.0)
+
+
+def test_a_median_past_the_horizon_has_no_number_in_the_json() -> None:
+    late = drive("d1", 500.0)
+    score = replace(late.origins[0].crossings[0], late_hours=None, accuracy=None)
+    late = replace(late, origins=(replace(late.origins[0], crossings=(score,)),))
+    again = json.loads(json.dumps(backtest_json(result(late)), allow_nan=False))
+    for found in (again["pooled"]["crossings"], again["drives"][0]):
+        assert found["late_share"] is None
+        assert found["late_past_horizon"] is True
+    assert "past the horizon" in words(late)
+    usual = backtest_json(result(drive("d1", 480.0)))["drives"][0]
+    assert usual["late_share"] == pytest.approx(20 / 480)
+    assert usual["late_past_horizon"] is False
