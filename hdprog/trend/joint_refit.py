@@ -11,7 +11,7 @@ Gaussian step has them. Chains start from draws of that step, and the weight com
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from hdprog.inference.diagnostics import diagnose
 from hdprog.inference.lazy_arviz import arviz
 from hdprog.physics.parameters import FloatArray
+from hdprog.trend.elliptical_slice import between, turned
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.gaussian_step import GaussianStep, StepAt, Tangents, Test
 from hdprog.trend.hyperparameters import HyperparameterDraws
@@ -33,8 +34,6 @@ _WARM_UP = 20
 _FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
 _LEARN = 5  # sweeps
 _EVERY = 2  # sweeps between kept ones
-_BRACKET = 2.0  # rad, first bracket of a slice
-_SHRINKS = 60
 _FRESH = 4  # sweeps from one offer of fresh numbers to the next
 RHAT_LIMIT = 1.1
 """On a hundred effective draws R-hat itself scatters by some hundredths."""
@@ -251,13 +250,13 @@ class _Chains:
         other = self._rng.standard_normal(old.shape)
 
         def at_angles(rows: NDArray[np.intp], angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-            numbers = _between(old[rows], other[rows], angle)
+            numbers = between(old[rows], other[rows], angle)
             drawn = test.own.draw(state[rows] - test.point, numbers)
             return test.log_ratio(state[rows], drawn)[0], drawn
 
         now, _ = test.log_ratio(state, nuisances)
-        angle, new, drawn = _turned(at_angles, now + self._room(), (now, nuisances), self._rng)
-        self._numbers[:, own] = _between(old, other, angle)
+        angle, new, drawn = turned(at_angles, now + self._room(), (now, nuisances), self._rng)
+        self._numbers[:, own] = between(old, other, angle)
         self._weight = self._weight + (new - now)
         return drawn
 
@@ -276,8 +275,8 @@ class _Chains:
 
         height = self._weight + self._room()
         now = (self._weight, self.met)
-        angle, self._weight, self.met = _turned(at_angles, height, now, rng)
-        self._numbers = still + _between(self._numbers - still, fresh - still, angle)
+        angle, self._weight, self.met = turned(at_angles, height, now, rng)
+        self._numbers = still + between(self._numbers - still, fresh - still, angle)
         self._tangents = here.turned(centre, other, angle)
 
     def _room(self) -> FloatArray:
@@ -301,58 +300,3 @@ class _Chains:
             chosen(tangents.states, self._tangents.states),
             tuple(chosen(new, old) for new, old in each),
         )
-
-
-def _between(one: FloatArray, other: FloatArray, angle: FloatArray) -> FloatArray:
-    """On the ellipse through (chains, k) numbers and others about zero, by angles (chains,)."""
-    return np.asarray(np.cos(angle)[:, None] * one + np.sin(angle)[:, None] * other)
-
-
-def _turned(
-    at_angles: Callable[[NDArray[np.intp], FloatArray], tuple[FloatArray, FloatArray]],
-    height: FloatArray,
-    now: tuple[FloatArray, FloatArray],
-    rng: np.random.Generator,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Turn chains along their ellipses to angles whose log weight is above a height.
-
-    A bracket of angles shrinks towards zero, where a chain is, until a draw from it is inside.
-    While few chains are left, several draws of each are looked at together: the brackets after
-    a miss do not hang on by how much it missed.
-
-    Parameters
-    ----------
-    at_angles : log weights and what belongs to them (rows, ...) of some chains at an angle each
-    height : (chains,)
-    now : the same at angle zero
-    rng : source of randomness
-
-    Returns
-    -------
-    angles (chains,), log weights and what belongs to them there
-    """
-    count = len(height)
-    angle, weight, kept = np.zeros(count), now[0].copy(), now[1].copy()
-    low = -_BRACKET * rng.uniform(size=count)
-    high = low + _BRACKET
-    turning = np.arange(count)
-    shrinks = 0
-    # Rounding alone can keep a chain out of a slice that holds where it is: it stays there.
-    while turning.size and shrinks < _SHRINKS:
-        ahead = count // turning.size
-        shrinks += ahead
-        tries = np.empty((turning.size, ahead))
-        for number in range(ahead):
-            at = rng.uniform(low[turning], high[turning])
-            low[turning] = np.where(at < 0, at, low[turning])
-            high[turning] = np.where(at < 0, high[turning], at)
-            tries[:, number] = at
-        found, belongs = at_angles(np.repeat(turning, ahead), tries.ravel())
-        inside = found.reshape(tries.shape) > height[turning, None]
-        row = np.flatnonzero(inside.any(axis=1))
-        place = row * ahead + inside[row].argmax(axis=1)
-        there = turning[row]
-        angle[there] = tries.ravel()[place]
-        weight[there], kept[there] = found[place], belongs[place]
-        turning = np.delete(turning, row)
-    return angle, weight, kept
