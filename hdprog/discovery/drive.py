@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from hdprog.discovery.explain import Closed, choosing_step, effect_size
-from hdprog.discovery.search import Traced, pooled
+from hdprog.discovery.pooling import pooled
+from hdprog.discovery.search import Traced
 from hdprog.discovery.separating import indistinguishable, separating_test
 from hdprog.explanation import (
     UNKNOWN,

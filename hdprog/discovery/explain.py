@@ -11,8 +11,9 @@ from hdprog.discovery.candidates import without
 from hdprog.discovery.errors_of_fit import branch_rmse, error_figures
 from hdprog.discovery.heldout import HeldOut, elpd_difference, held_out
 from hdprog.discovery.model import Model
+from hdprog.discovery.pooling import THRESHOLD, share
 from hdprog.discovery.residuals import carriers, repeatability
-from hdprog.discovery.search import THRESHOLD, Step, Traced, share
+from hdprog.discovery.search import Step, Traced
 from hdprog.discovery.separating import indistinguishable, separating_test
 from hdprog.explanation import (
     UNKNOWN,

@@ -7,6 +7,7 @@ is an empirical term over the coordinate that carries it.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,31 +15,22 @@ from typing import Any
 import numpy as np
 
 from hdprog.discovery.candidates import refits, refits_again, without
+from hdprog.discovery.empirical import with_unknown
 from hdprog.discovery.model import Model
-from hdprog.discovery.unknown import TermGain, term_gains, with_term
+from hdprog.discovery.pooling import THRESHOLD, pooled, replaced, share_of
+from hdprog.discovery.unknown import TermGain, term_gains
 from hdprog.inference.effect_starts import unmet
 from hdprog.inference.prepare import Prepared, settle_noise
 from hdprog.physics.effects import EFFECTS
 from hdprog.physics.effects.base import Effect
 
-THRESHOLD = 5.0
-"""Log evidence that an effect must gain. Rates on simulated loops: tests/benchmarks/effects."""
-TERM_THRESHOLD = 5.0
-"""Log evidence that an empirical term must gain."""
-TIME_THRESHOLD = 14.0
-"""The same for a term over time or order, which correlated noise looks like."""
 FURTHER_SHARE = 0.10
 """Share of the explained error that a second or later mechanism must carry."""
 CLEARING_SHARE = 0.02
 """The same for one that clears up what the others left: to less than a quarter of it."""
-UNKNOWN_SHARE = 0.08
-"""Share of the explained error that an empirical term must carry beside mechanisms."""
-NAMED_SHARE = 0.75
-"""Share of the explainable error below which mechanisms give way to an empirical term."""
 _CLEARED = 0.25
 _MOST_EFFECTS = 4
 _MOST_STEPS = 7
-_LIKE_NOISE = ("time", "order")
 _STRUCTURE = 2.0  # log evidence below which nothing is worth a thorough search
 _PROMISING = 4  # candidates that are searched thoroughly where one leads clearly
 _OUT_OF_REACH = 0.5  # log evidence below which a thorough search has not lifted any to the fore
@@ -112,8 +104,9 @@ def trace(
     -------
     one a record
     """
-    rngs = [np.random.default_rng(seed) for seed in seeds]
-    bases: list[Model] = list(spread(base_model, records, rngs))
+    # Copies: a seed sequence counts its children, and the caller's would not begin anew.
+    rngs = [np.random.default_rng(copy.copy(seed)) for seed in seeds]
+    bases: list[Model] = list(spread(base_model, records, _children(rngs)))
     models = list(bases)
     missing = [
         {effect.id: unmet(effect, record.likelihood.reduced.course) for effect in effects}
@@ -128,12 +121,12 @@ def trace(
             for lacking in missing
         ]
         if inner is not None:
-            now = [_step(*job, inner) for job in zip(models, offered, rngs, strict=True)]
+            now = [_step(*job, inner) for job in zip(models, offered, _children(rngs), strict=True)]
         else:
-            now = list(spread(_step, models, offered, rngs))
+            now = list(spread(_step, models, offered, _children(rngs)))
         chosen = _choose(now, bases, further=bool(taken))
         if chosen is not None:
-            now = _fairly(now, chosen, rngs)
+            now = _fairly(now, chosen, _children(rngs), spread)
             if not taken:
                 bases = [step.before for step in now]
             models = [step.before for step in now]
@@ -148,8 +141,8 @@ def trace(
         taken.append(chosen)
         if len(taken) == _MOST_EFFECTS:
             break
-        models, taken = _checked_back(models, bases, taken, rngs)
-    finals = _with_unknown(bases, models, remaining)
+        models, taken = _checked_back(models, bases, taken, rngs, spread)
+    finals = with_unknown(bases, models, remaining, spread)
     return tuple(
         Traced(
             prepared=record,
@@ -165,28 +158,17 @@ def trace(
     )
 
 
+def _children(rngs: Sequence[np.random.Generator]) -> list[np.random.Generator]:
+    """Generators for one piece of work: the next draws differ, whichever process does it."""
+    return [rng.spawn(1)[0] for rng in rngs]
+
+
 def base_model(prepared: Prepared, rng: np.random.Generator) -> Model:
     """The drive model alone, its noise white or correlated, whichever the record asks for."""
     white = Model(prepared.likelihood, tuple(prepared.starts))
     likelihood, starts = settle_noise(prepared.likelihood, prepared.starts, rng)
     other = Model(likelihood, tuple(starts))
     return max((white, other), key=lambda model: model.log_evidence)
-
-
-def pooled(gains: Sequence[float]) -> float:
-    """Log evidence of "some tests have it" over "none has it", each as likely as not."""
-    if len(gains) == 1:
-        return gains[0]
-    return float(np.sum(np.logaddexp(0.0, gains) - np.log(2.0)))
-
-
-def share(bases: Sequence[Model], before: Sequence[Model], after: Sequence[Model]) -> float:
-    """Share of the error explained by `after` that it explains and `before` does not."""
-    return _share(*(sum(model.misfit for model in many) for many in (bases, before, after)))
-
-
-def _share(base: float, before: float, after: float) -> float:
-    return float(np.clip((before - after) / (base - after), -1.0, 1.0)) if base > after else 0.0
 
 
 def _carries(bases: Sequence[Model], before: Sequence[Model], after: Sequence[Model]) -> bool:
@@ -198,7 +180,7 @@ def _carries(bases: Sequence[Model], before: Sequence[Model], after: Sequence[Mo
         sum(model.least_misfit for model in many) for many in (bases, before, after)
     )
     wanted = CLEARING_SHARE if right < _CLEARED * left else FURTHER_SHARE
-    return _share(base, left, right) >= wanted
+    return share_of(base, left, right) >= wanted
 
 
 def _step(
@@ -210,7 +192,8 @@ def _step(
     models = dict(refits(model, effects, spread=spread))
     terms = term_gains(model)
     gains = {name: found.log_evidence - model.log_evidence for name, found in models.items()}
-    best, empirical = max(gains.values()), max(term.gain for term in terms.values())
+    best = max(gains.values(), default=0.0)
+    empirical = max(term.gain for term in terms.values())
     if max(best, empirical) > _STRUCTURE:
         # Where one candidate does as well as a free function, few others need a second look.
         leading = sorted(gains, key=lambda name: -gains[name])
@@ -222,21 +205,35 @@ def _step(
     return Step(model, models, terms)
 
 
-def _fairly(steps: Sequence[Step], chosen: str, rngs: Sequence[np.random.Generator]) -> list[Step]:
+def _fairly(
+    steps: Sequence[Step],
+    chosen: str,
+    rngs: Sequence[np.random.Generator],
+    spread: Callable[..., Iterable[Any]],
+) -> list[Step]:
     """The steps with the simpler models refitted from where the chosen effect led.
 
     A candidate starts from more places than the model it is held against, and may owe its gain to
     a mode that this one has as well.
     """
-    again = []
-    for step, rng in zip(steps, rngs, strict=True):
-        joined = _joined(step, chosen)
-        if joined is not step.before:
-            fewer = without(joined, chosen, rng)
-            if fewer.log_evidence > step.before.log_evidence:
-                step = replace(step, before=fewer)
-        again.append(step)
-    return again
+    joined = [_joined(step, chosen) for step in steps]
+    fewer = _without(joined, chosen, rngs, spread)
+    return [
+        replace(step, before=one) if one.log_evidence > step.before.log_evidence else step
+        for step, one in zip(steps, fewer, strict=True)
+    ]
+
+
+def _without(
+    models: Sequence[Model],
+    name: str,
+    rngs: Sequence[np.random.Generator],
+    spread: Callable[..., Iterable[Any]],
+) -> list[Model]:
+    """The models with an effect taken out; those that lack it stay the very same."""
+    having = [at for at, model in enumerate(models) if name in model.ids]
+    jobs = ([models[at] for at in having], [name] * len(having), [rngs[at] for at in having])
+    return replaced(models, having, spread(without, *jobs))
 
 
 def _joined(step: Step, name: str) -> Model:
@@ -246,6 +243,8 @@ def _joined(step: Step, name: str) -> Model:
 
 def _choose(steps: Sequence[Step], bases: Sequence[Model], *, further: bool) -> str | None:
     names = {name for step in steps for name in step.models}
+    if not names:
+        return None
     gains = {
         name: pooled([step.gains[name] for step in steps if name in step.models]) for name in names
     }
@@ -261,71 +260,14 @@ def _checked_back(
     bases: Sequence[Model],
     taken: list[str],
     rngs: Sequence[np.random.Generator],
+    spread: Callable[..., Iterable[Any]],
 ) -> tuple[list[Model], list[str]]:
     """Take out what a later effect made needless."""
     for name in taken[:-1]:
-        fewer = [
-            without(model, name, rng) if name in model.ids else model
-            for model, rng in zip(models, rngs, strict=True)
-        ]
+        fewer = _without(models, name, _children(rngs), spread)
         lost = pooled(
             [one.log_evidence - two.log_evidence for one, two in zip(models, fewer, strict=True)]
         )
         if lost < THRESHOLD or not _carries(bases, fewer, models):
             models, taken = fewer, [one for one in taken if one != name]
     return models, taken
-
-
-def _with_unknown(
-    bases: Sequence[Model],
-    models: Sequence[Model],
-    remaining: Sequence[Mapping[str, TermGain]] | None,
-) -> list[Model]:
-    """Add an empirical term where structure remains, or put it in the mechanisms' place.
-
-    `remaining` are the terms over `models`, where the last step has found them already.
-    """
-    remaining = [term_gains(model) for model in models] if remaining is None else remaining
-    best, gain = _best_term(remaining)
-    if not any(model.ids for model in models):
-        return _with_term(models, remaining, best) if gain > 0 else list(bases)
-    wider = _with_term(models, remaining, best)
-    own = [term_gains(model) for model in bases]
-    best_alone, alone_gain = _best_term(own)
-    alone = _with_term(bases, own, best_alone)
-    floor = min(sum(model.misfit for model in many) for many in (wider, alone))
-    base, left = sum(model.misfit for model in bases), sum(model.misfit for model in models)
-    evidence = sum(
-        one.log_evidence - other.log_evidence for one, other in zip(models, alone, strict=True)
-    )
-    poorly = (base - left) < NAMED_SHARE * (base - floor)
-    beaten = evidence < -THRESHOLD and left > sum(model.misfit for model in alone)
-    if alone_gain > 0 and (beaten or (poorly and evidence < 0)):
-        return alone
-    if gain > 0 and share(bases, models, wider) > UNKNOWN_SHARE:
-        return wider
-    return list(models)
-
-
-def _best_term(terms: Sequence[Mapping[str, TermGain]]) -> tuple[str, float]:
-    """Coordinate whose empirical term gains most, and by how much that is above its threshold."""
-    names = set.intersection(*(set(found) for found in terms))
-    gains = {
-        name: pooled([found[name].gain for found in terms])
-        - (TIME_THRESHOLD if name in _LIKE_NOISE else TERM_THRESHOLD)
-        for name in sorted(names)
-    }
-    best = max(gains, key=lambda name: gains[name])
-    return best, gains[best]
-
-
-def _with_term(
-    models: Sequence[Model], terms: Sequence[Mapping[str, TermGain]], coordinate: str
-) -> list[Model]:
-    """The models with the empirical term over a coordinate, where it gains anything."""
-    return [
-        with_term(model, found[coordinate])
-        if found[coordinate].gain > 0 or len(models) == 1
-        else model
-        for model, found in zip(models, terms, strict=True)
-    ]

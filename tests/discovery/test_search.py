@@ -6,11 +6,12 @@ How often the search is right over many loops is measured by tests/benchmarks/ef
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import copy
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -18,9 +19,10 @@ import pytest
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.discovery.model import Model
-from hdprog.discovery.search import THRESHOLD, Traced, base_model, pooled, share, trace
+from hdprog.discovery.pooling import THRESHOLD, pooled, share
+from hdprog.discovery.search import Traced, base_model, trace
 from hdprog.discovery.unknown import term_gains
-from hdprog.inference.prepare import prepare
+from hdprog.inference.prepare import Prepared, prepare
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.physics.drive_model import predict
 from hdprog.physics.effects import BY_ID, EFFECTS
@@ -29,6 +31,8 @@ from tests.physics.table2 import POST_TEST
 
 DRIVE = replace(Drive.default(), model="CSF-25-80", rated_torque=63.0, alpha_declared=True)
 PRIOR = read_prior_file("csf-25-80").prior(None)
+
+SOME = tuple(BY_ID[name] for name in ("torque_offset", "slip_jump", "creep", "backlash"))
 
 # Kind of loop, its seed, and the size of each effect in rad (root mean square).
 LOOPS: dict[str, tuple[LoopKind, int, Mapping[str, float]]] = {
@@ -43,11 +47,14 @@ LOOPS: dict[str, tuple[LoopKind, int, Mapping[str, float]]] = {
 
 @lru_cache
 def traced(case: str) -> Traced:
+    return trace([prepared(case)], [np.random.SeedSequence(1)])[0]
+
+
+def prepared(case: str) -> Prepared:
     kind, seed, sizes = LOOPS[case]
     record = random_loop(np.random.default_rng(seed), kind, effects=sizes, samples=150)
     loop = Loop(record.torque, record.angle, record.time, record.temperature, record.output_angle)
-    prepared = prepare(loop, DRIVE, np.random.default_rng(0), prior=PRIOR)
-    return trace([prepared], [np.random.SeedSequence(1)])[0]
+    return prepare(loop, DRIVE, np.random.default_rng(0), prior=PRIOR)
 
 
 def test_nothing_is_found_on_a_clean_loop() -> None:
@@ -109,6 +116,23 @@ def test_candidates_can_be_chosen_and_the_same_seed_finds_the_same() -> None:
     assert set(found[0].steps[0].gains) == {"tooth_damage", "torque_offset"}
     assert found[0].steps[0].gains == found[1].steps[0].gains
     np.testing.assert_array_equal(found[0].final.start.point, found[1].final.start.point)
+
+
+def test_tests_of_a_drive_are_traced_alike_here_and_in_other_processes() -> None:
+    """What is sent to a process is a copy: the copy's random numbers are not missed here."""
+
+    def elsewhere(function: Callable[..., Any], *jobs: Iterable[Any]) -> Iterable[Any]:
+        return [copy.deepcopy(function(*copy.deepcopy(job))) for job in zip(*jobs, strict=True)]
+
+    records = [prepared("two at once"), prepared("torque_offset")]
+    seeds = np.random.SeedSequence(1).spawn(2)
+    here, away = (trace(records, seeds, SOME, spread) for spread in (map, elsewhere))
+    assert here[0].final.ids
+    assert here[1].final.ids
+    for one, other in zip(here, away, strict=True):
+        assert one.final.ids == other.final.ids
+        np.testing.assert_array_equal(one.final.start.point, other.final.start.point)
+        assert one.steps[-1].gains == other.steps[-1].gains
 
 
 def test_pooled_evidence() -> None:

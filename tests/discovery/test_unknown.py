@@ -11,7 +11,8 @@ from scipy import stats
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.discovery.model import Model
-from hdprog.discovery.search import THRESHOLD, base_model
+from hdprog.discovery.pooling import THRESHOLD
+from hdprog.discovery.search import base_model
 from hdprog.discovery.unknown import _Evidence, term_gains, with_term
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import read_prior_file
