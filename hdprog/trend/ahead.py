@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from hdprog.physics.parameters import FloatArray
+from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.kalman_filter import RATE, RUNNING_IN
 from hdprog.trend.state_space import Steps
 from hdprog.trend.wear_prior import RateAhead
 
+_B = NAMES.index("b")
 _SLOWEST = 0.02  # of the clock's rate: what a drive goes on with that seems to stand still
 _FASTEST_LOG = 6.0  # four hundred times as fast is beyond any figure
+_NO_FALL = 1e-9
 
 
 def simulate_ahead(
@@ -60,6 +62,30 @@ def simulate_ahead(
         walk = walk + drift + departure * turn
         states[:, time - first] = x
     return states
+
+
+def wear_out(now: FloatArray, ahead: FloatArray, floor: FloatArray) -> FloatArray:
+    """Let wear come to its end where the stiffness of the first teeth does.
+
+    Where b would fall below its floor, it tends to it instead (see `level_off`), and everything
+    else goes on from now by the same share of its way: a drive whose teeth are worn out does not
+    lose preload or gain backlash as if they were not.
+
+    Parameters
+    ----------
+    now : (draws, n) wear coordinates at present
+    ahead : (draws, times, n) to come, without an end
+    floor : (draws,) of b in Nm/rad, below its present value
+
+    Returns
+    -------
+    (draws, times, n) to come
+    """
+    present = now[:, _B]
+    fall = present[:, None] - ahead[..., _B]
+    left = present[:, None] - level_off(present, ahead[..., _B], floor)
+    share = np.where(fall > _NO_FALL, left / np.maximum(fall, _NO_FALL), 1.0)
+    return np.asarray(now[:, None] + share[..., None] * (ahead - now[:, None]))
 
 
 def level_off(now: FloatArray, ahead: FloatArray, floor: FloatArray) -> FloatArray:

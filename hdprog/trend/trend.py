@@ -12,7 +12,7 @@ from hdprog.inference.priors import Prior
 from hdprog.physics.figures import Operation
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.results import TrendSummary
-from hdprog.trend.ahead import level_off, simulate_ahead
+from hdprog.trend.ahead import simulate_ahead, wear_out
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.given_measured import GivenMeasured
@@ -142,7 +142,7 @@ class Trend:
         ahead = np.clip(ahead, centre - farthest, centre + farthest)
         present = now[:, _B]
         floor = self.wear_prior.floor(np.exp(present), rng.uniform(size=present.size))
-        ahead[..., _B] = level_off(present, ahead[..., _B], floor)
+        ahead = wear_out(now, ahead, floor)
         return Paths(
             np.asarray(hours, dtype=float),
             np.concatenate([states, ahead], axis=1)[:, which < 0],

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hdprog.trend.ahead import simulate_ahead
+from hdprog.physics.parameters import NAMES
+from hdprog.trend.ahead import simulate_ahead, wear_out
 from hdprog.trend.kalman_filter import RATE
 from hdprog.trend.state_space import Steps
 from hdprog.trend.wear_prior import RateAhead, read_wear_prior
@@ -80,3 +81,35 @@ def test_the_walk_scatters_the_logarithm_of_the_rate() -> None:
 
 def test_the_shipped_prior_expects_wear_to_speed_up() -> None:
     assert read_wear_prior().rate_ahead.drift > 0
+
+
+STRAIGHT = np.array([0.0, -0.03, 0.0, -2.6, 14.5, -0.02, -0.5, 0.14])  # per unit of wear
+B, T_I = NAMES.index("b"), NAMES.index("T_i")
+NOW = np.array([[11.3, 11.5, 7.5, np.log(20_000.0), 3.0, 0.1, np.log(90.0), np.log(0.07)]])
+FLOOR = np.array([2_500.0])
+
+
+def worn_out(units: list[float], direction: np.ndarray = STRAIGHT) -> np.ndarray:
+    ahead = NOW[:, None] + np.array(units)[None, :, None] * direction
+    return wear_out(NOW, ahead, FLOOR)[0]
+
+
+def test_wear_of_all_parameters_ends_where_the_first_teeth_are_worn_out() -> None:
+    end = worn_out([50.0])[0]
+    assert np.exp(end[B]) == pytest.approx(2_500.0, rel=1e-6)
+    units = np.log(20_000.0 / 2_500.0) / 2.6
+    assert end == pytest.approx(NOW[0] + units * STRAIGHT, rel=1e-6)
+    assert np.exp(end[T_I]) == pytest.approx(90.0 * (2_500.0 / 20_000.0) ** (0.5 / 2.6))
+
+
+def test_far_from_its_end_wear_goes_on_as_it_does() -> None:
+    assert worn_out([0.0, 1e-3]) == pytest.approx(NOW + np.outer([0.0, 1e-3], STRAIGHT), rel=1e-6)
+    ways = np.diff(worn_out([0.0, 0.2, 0.4, 0.8, 1.6])[:, T_I] - NOW[0, T_I])
+    assert (ways < 0).all()
+
+
+def test_teeth_that_do_not_wear_set_no_end() -> None:
+    direction = STRAIGHT.copy()
+    direction[B] = 0.3
+    ahead = NOW + np.outer([0.5, 5.0], direction)
+    np.testing.assert_allclose(worn_out([0.5, 5.0], direction), ahead)

@@ -27,7 +27,7 @@ from hdprog.physics.drive_model import torsion_angle
 from hdprog.physics.figures import Operation
 from hdprog.physics.parameters import NAMES, FloatArray, in_support
 from hdprog.physics.torque_path import TorquePath
-from hdprog.trend.ahead import level_off, simulate_ahead
+from hdprog.trend.ahead import simulate_ahead, wear_out
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
@@ -152,11 +152,8 @@ def _attempt(rng: np.random.Generator) -> Drawn | None:
     ahead = simulate_ahead(steps, rng, (states[-1:], carried[None]), TESTS, wear.rate_ahead)[0]
     farthest = _FARTHEST_STATE * np.sqrt(steps.initial_variance)
     ahead = np.clip(ahead, steps.initial_mean - farthest, steps.initial_mean + farthest)
-    at_b = NAMES.index("b")
-    present = states[-1:, at_b]
-    floor = wear.floor(np.exp(present), rng.uniform(size=1))
-    ahead[:, at_b] = level_off(present, ahead[None, :, at_b], floor)[0]
-    paths = to_loop(ahead)
+    floor = wear.floor(np.exp(states[-1:, NAMES.index("b")]), rng.uniform(size=1))
+    paths = to_loop(wear_out(states[-1:], ahead[None], floor)[0])
     crossings, past = zip(*(_crossing(limit, paths, grid) for limit in LIMITS), strict=True)
     return Drawn(
         loops,
