@@ -86,7 +86,7 @@ def fit_trend(
     found = JointMode(start, loops, converged=False, steps=0)
     starts = np.concatenate([UNWORN[None], rng.standard_normal((63, UNWORN.size))])
     best = mode_of(density_at(found), starts)
-    found = best_start(tests, start, joint_prior(best), state_prior.sd)
+    found = best_start(tests, start, joint_prior(best), state_prior.sd, alpha, prior.softplus_scale)
     for _ in range(_ROUNDS):
         best = mode_of(density_at(found), starts)
         found = joint_mode(tests, found.points, joint_prior(best))

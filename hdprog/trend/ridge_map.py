@@ -20,6 +20,7 @@ from hdprog.trend.wear_coordinates import from_loop, slope, to_loop
 
 _COUNT = len(NAMES)
 _DIFFERENCE = 1e-5
+_MOST_OF_CUP = 0.98  # of the compliance beside the wave generator's
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,24 @@ class RidgeMap:
         found = tangent.copy()
         found[inside, :_COUNT] = wear[inside]
         return found, np.where(inside, log_slope, -np.inf)
+
+    def with_cup(self, log_stiffness: float) -> FloatArray:
+        """The point's like (n,) on its ridge with another log K_F, K_F in Nm/rad.
+
+        What the loop fixes stays as it is. A cup that is too soft for the loop's compliance takes
+        all but the last of it, and leaves the teeth next to none.
+        """
+        own = to_loop(self.point)[None, :_COUNT]
+        ridge = from_unconstrained(own, self.alpha, self.softplus_scale)[0]
+        compliance, wave_generator = ridge[0], ridge[1]
+        log_rest = compliance - np.logaddexp(0.0, wave_generator)
+        share = min(float(np.exp(-log_stiffness - log_rest)), _MOST_OF_CUP)
+        ridge[2] = np.log(share / (1.0 - share))
+        found, slopes = to_unconstrained(ridge[None], self.alpha, self.softplus_scale)
+        other = self.point.copy()
+        if np.isfinite(slopes).all():
+            other[:_COUNT] = from_loop(found)[0]
+        return other
 
     @cached_property
     def _ridge(self) -> tuple[FloatArray, FloatArray]:

@@ -9,8 +9,9 @@ import pytest
 
 from hdprog.trend.joint_start import best_start
 from hdprog.trend.relinearise import JointPrior
+from hdprog.trend.ridge_map import RidgeMap
 from hdprog.trend.wear_coordinates import from_loop, to_loop
-from tests.trend.stand_in import Information
+from tests.trend.stand_in import ALPHA, NEW, PRIOR, Information
 
 SD = np.ones(8)
 PRECISION = 25.0
@@ -60,5 +61,34 @@ def test_the_start_with_most_evidence_is_taken(
     assert (means[:, 0] > 0).all()
     centre = np.zeros((2, 8))
     centre[:, 4] = means[:, 4]
-    found = best_start(tests, means, JointPrior(centre, 1e-4 * np.eye(16)), SD)
+    found = best_start(tests, means, JointPrior(centre, 1e-4 * np.eye(16)), SD, ALPHA, 10.0)
     assert found.points[:, 0] == pytest.approx(mode, abs=0.1)
+
+
+HARD = from_loop(NEW)
+SOFT = RidgeMap(HARD, ALPHA, PRIOR.softplus_scale).with_cup(HARD[0] - 0.5)
+
+
+@dataclass(frozen=True)
+class TwoCups(TwoModes):
+    """Evidence with one mode at a hard cup, and another at a soft one on the same ridge."""
+
+    def linearise(self, coordinates: np.ndarray) -> Information:
+        soft = coordinates[0] < HARD[0] - 0.25
+        mode = to_loop(SOFT if soft else HARD)
+        mode[4] = coordinates[4]
+        precision = PRECISION * np.eye(8)
+        precision[4, 4] = 0.0
+        off = coordinates - mode
+        height = -0.5 * PRECISION * float(off @ off) - (self.lower if soft else 0.0)
+        return Information(precision, precision @ mode, height)
+
+
+@pytest.mark.parametrize(("lower", "cup"), [(-5.0, SOFT[0]), (5.0, HARD[0])])
+def test_another_cup_is_looked_at_though_no_draw_has_it(lower: float, cup: float) -> None:
+    draws = to_loop(HARD + np.random.default_rng(4).standard_normal((200, 8)) * 0.02)
+    tests = [TwoCups(lower, draws, True) for _ in range(2)]
+    means, centre = np.stack([HARD, HARD]), np.stack([HARD, HARD])
+    prior = JointPrior(centre, 1e-4 * np.eye(16))
+    found = best_start(tests, means, prior, SD, ALPHA, PRIOR.softplus_scale)
+    assert found.points[:, 0] == pytest.approx(cup, abs=0.05)

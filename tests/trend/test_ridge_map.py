@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hdprog.physics.drive_model import torsion_angle
+from hdprog.physics.torque_path import TorquePath
 from hdprog.trend.ridge_map import RidgeMap
-from hdprog.trend.wear_coordinates import from_loop
-from tests.trend.stand_in import ALPHA, NEW, PRIOR
+from hdprog.trend.wear_coordinates import from_loop, to_loop
+from tests.trend.stand_in import ALPHA, NEW, PRIOR, loop_torque
 
 
 def ridge_map(point: np.ndarray) -> RidgeMap:
@@ -41,3 +43,27 @@ def test_without_teeth_to_meet_draws_stay_where_they_are() -> None:
     found, log_slope = ridge_map(nowhere).onto_ridge(tangent)
     assert np.array_equal(found, tangent)
     assert not log_slope.any()
+
+
+@pytest.mark.parametrize("more", [-0.4, 0.3])
+def test_with_another_cup_the_loop_stays_as_it_is(more: float) -> None:
+    point = from_loop(NEW)
+    other = ridge_map(point).with_cup(point[0] + more)
+    assert other[0] == pytest.approx(point[0] + more)
+    alone = point.copy()
+    alone[0] += more
+
+    def angle(wear: np.ndarray) -> np.ndarray:
+        parameters = PRIOR.to_physical(to_loop(wear)[None])
+        return torsion_angle(TorquePath.exact(loop_torque(80.0)), parameters, ALPHA)[0]
+
+    moved, unlike = (np.std(angle(one) - angle(point)) for one in (other, alone))
+    assert moved < 0.02 * unlike
+
+
+def test_a_cup_too_soft_for_the_loop_takes_nearly_all_of_its_compliance() -> None:
+    point = from_loop(NEW)
+    other = ridge_map(point).with_cup(point[0] - 3.0)
+    assert np.isfinite(other).all()
+    assert point[0] - 3.0 < other[0] < point[0]
+    assert other[3] > point[3]  # next to no compliance is left for the teeth
