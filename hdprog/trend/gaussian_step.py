@@ -14,7 +14,7 @@ importance sampling, and the likelihood of a sampler whose prior is the Gaussian
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import cast
 
@@ -169,6 +169,36 @@ class GaussianStep:
         given = GivenMeasured.of(steps, values.scatter, self.seen.scales, self.seen.unknown_part)
         return StepAt(self, given.predictor, values.scatter)
 
+    def log_weight(
+        self, tangents: Tangents, squares: Callable[[FloatArray], FloatArray]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Log w (draws,) up to a constant, and what the tests met (draws, tests, n).
+
+        Parameters
+        ----------
+        tangents : draws
+        squares : squared surprise (courses, draws) of courses (courses, draws, tests, n)
+        """
+        met = np.empty_like(tangents.states)
+        weight = np.zeros(len(met))
+        each = zip(self.tests, tangents.nuisances, strict=True)
+        for number, (test, own) in enumerate(each):
+            ratio, met[:, number] = test.log_ratio(tangents.states[:, number], own)
+            weight += ratio
+        with np.errstate(all="ignore"):
+            met_square, tangent_square = squares(np.stack([met, tangents.states]))
+            weight += 0.5 * (tangent_square - met_square)
+        return np.where(np.isfinite(weight), weight, -np.inf), met
+
+    def own_drawn(self, states: FloatArray, deviates: Sequence[FloatArray]) -> Tangents:
+        """Draws with the tests' own numbers from standard normal ones (tests) of (draws, k)."""
+        each = zip(self.tests, deviates, strict=True)
+        own = (
+            test.own.draw(states[:, number] - test.point, given)
+            for number, (test, given) in enumerate(each)
+        )
+        return Tangents(states, tuple(own))
+
     def numbers(self, deviates: FloatArray) -> int:
         """How many standard normal numbers a draw takes."""
         counted = _Counted()
@@ -197,32 +227,17 @@ class StepAt:
     predictor: Predictor
     scatter: FloatArray
 
-    def rows(self, chosen: NDArray[np.intp]) -> StepAt:
-        """Keep some of the draws."""
-        return StepAt(self.step, self.predictor.rows(chosen), self.scatter[chosen])
-
     def tangents(self, numbers: FloatArray) -> Tangents:
         """Draws from standard normal numbers (draws, numbers); their centre from zeros."""
         given = cast("np.random.Generator", _Given(numbers))
         states = self._states(given)
-        own = []
-        for number, test in enumerate(self.step.tests):
-            deviates = given.standard_normal((len(numbers), test.own.mean.size))
-            own.append(test.own.draw(states[:, number] - test.point, deviates))
-        return Tangents(states, tuple(own))
+        sizes = (test.own.mean.size for test in self.step.tests)
+        own = [given.standard_normal((len(numbers), size)) for size in sizes]
+        return self.step.own_drawn(states, own)
 
     def log_weight(self, tangents: Tangents) -> tuple[FloatArray, FloatArray]:
         """Log w (draws,) up to a constant, and what the tests met (draws, tests, n)."""
-        met = np.empty_like(tangents.states)
-        weight = np.zeros(len(met))
-        each = zip(self.step.tests, tangents.nuisances, strict=True)
-        for number, (test, own) in enumerate(each):
-            ratio, met[:, number] = test.log_ratio(tangents.states[:, number], own)
-            weight += ratio
-        with np.errstate(all="ignore"):
-            met_square, tangent_square = self.predictor.squares(np.stack([met, tangents.states]))
-            weight += 0.5 * (tangent_square - met_square)
-        return np.where(np.isfinite(weight), weight, -np.inf), met
+        return self.step.log_weight(tangents, self.predictor.squares)
 
     def _states(self, rng: np.random.Generator) -> FloatArray:
         seen = self.step.seen

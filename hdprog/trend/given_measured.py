@@ -48,12 +48,6 @@ class Predictor:
             tuple(np.swapaxes(one.xc, -1, -2) for one in kept),
         )
 
-    def rows(self, chosen: NDArray[np.intp]) -> Predictor:
-        """Keep some of the draws."""
-        each = (self.carries, self.gain, self.xx, self.cx)
-        kept = (tuple(one[chosen] for one in some) for some in each)
-        return Predictor(self.steps.rows(chosen), *kept)
-
     def squares(self, met: FloatArray) -> FloatArray:
         """Squared surprise (courses, draws) of courses (courses, draws, times, n).
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.evidence import Linearised, LoopEvidence
+from hdprog.trend.joint_gaussian import joint_gaussian
 from hdprog.trend.state_space import Steps
 from hdprog.trend.wear_coordinates import linearise
 
@@ -39,52 +40,8 @@ class JointPrior:
     @staticmethod
     def of(steps: Steps, scatter: float, scales: FloatArray) -> JointPrior:
         """From the steps of one draw of the hyperparameters, along the tests."""
-        tests, count = steps.wear.shape[1], scales.size
-        along = np.outer(steps.direction, steps.direction)
-        segment, warming = np.cumsum(steps.begins), steps.warming
-        loading_variance = np.atleast_2d(steps.loading_variance)[0]
-        wear, settled, passed, rate, lead, integral = np.zeros((6, tests))
-        wandered = np.zeros((tests, count, count))
-        for test in range(tests):
-            gone, gained = steps.passed[0, test], steps.departure[0, test]
-            wear[test], passed[test], rate[test] = steps.wear[0, test], gone, gained
-            settled[test] = steps.settled[0, test]
-            lead[test], integral[test] = gained * gone / 2, gained * gone**2 / 3
-            wandered[test] = steps.shared[0, test] * along + np.diag(steps.own[0, test])
-            if not steps.begins[test]:
-                before = test - 1
-                wear[test] += wear[before]
-                settled[test] += settled[before]
-                passed[test] += passed[before]
-                # Of the rate's departure v and its integral: var v, their covariance, var ∫v.
-                integral[test] += integral[before] + 2 * gone * lead[before]
-                integral[test] += gone**2 * rate[before]
-                lead[test] += lead[before] + gone * rate[before]
-                rate[test] += rate[before]
-                wandered[test] += wandered[before]
-        covariance = np.zeros((tests, count, tests, count))
-        for row in range(tests):
-            for column in range(tests):
-                if segment[row] != segment[column]:
-                    continue
-                early, late = sorted((row, column))
-                turned = integral[early] + lead[early] * (passed[late] - passed[early])
-                turned += steps.running_in[1] * settled[row] * settled[column]
-                fixed = wear[row] * wear[column] * loading_variance
-                if warming is not None:
-                    fixed += warming.warmth[row] * warming.warmth[column] * warming.variance
-                covariance[row, :, column] = (
-                    wandered[early] + turned * along + np.diag(steps.initial_variance + fixed)
-                )
-            covariance[row, :, row] += np.diag((scatter * scales) ** 2)
-        mean = steps.initial_mean + wear[:, None] * steps.loading_mean[0]
-        mean = mean + steps.running_in[0] * settled[:, None] * steps.direction
-        if warming is not None:
-            mean = mean + warming.warmth[:, None] * warming.mean
-            every = np.arange(tests)
-            covariance[every, :, every] += warming.unknown_part
-        flat = covariance.reshape(tests * count, -1)
-        return JointPrior(mean, np.asarray(np.linalg.inv(flat)))
+        mean, covariance = joint_gaussian(steps, np.array([scatter]), scales)
+        return JointPrior(mean[0], np.asarray(np.linalg.inv(covariance[0])))
 
     def log_density(self, points: FloatArray) -> float:
         """Log density up to a constant at (tests, n)."""

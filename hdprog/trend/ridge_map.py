@@ -20,6 +20,7 @@ from hdprog.trend.wear_coordinates import from_loop, slope, to_loop
 
 _COUNT = len(NAMES)
 _DIFFERENCE = 1e-5
+_OPEN = (1, 2, 4, 5, 6)  # of the ridge coordinates
 _MOST_OF_CUP = 0.98  # of the compliance beside the wave generator's
 
 
@@ -63,6 +64,19 @@ class RidgeMap:
         found = tangent.copy()
         found[inside, :_COUNT] = wear[inside]
         return found, np.where(inside, log_slope, -np.inf)
+
+    @cached_property
+    def open_directions(self) -> FloatArray:
+        """(5, n) moves on the tangent that raise one each of the coordinates that loops leave open.
+
+        Shares of wave generator and cup, threshold of the teeth, fall of friction, its mean; none
+        where there is no ridge.
+        """
+        derivative = self._ridge[1]
+        found = np.zeros((len(_OPEN), self.point.size))
+        if np.isfinite(derivative).all():
+            found[:, :_COUNT] = np.linalg.inv(derivative).T[list(_OPEN)]
+        return found
 
     def with_cup(self, log_stiffness: float) -> FloatArray:
         """The point's like (n,) on its ridge with another log K_F, K_F in Nm/rad.

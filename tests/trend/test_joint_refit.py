@@ -15,7 +15,7 @@ import pytest
 
 from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
 from hdprog.physics.parameters import NAMES
-from hdprog.trend import joint_refit
+from hdprog.trend import joint_chains, joint_refit
 from hdprog.trend.evidence import Linearised
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.gaussian_step import GaussianStep
@@ -143,6 +143,15 @@ def test_without_the_slope_of_the_ridge_it_would_not_be(
     assert shift.max() > 0.2
 
 
+def test_shifts_that_forget_how_likely_the_states_are_would_be_noticed(
+    problem: Problem, reference: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(joint_chains, "_log_normal", lambda numbers: np.zeros(len(numbers)))
+    found = sampled(problem, monkeypatch).measured
+    _, ratio = shifts_and_ratios(found.reshape(len(found), -1), reference)
+    assert ratio.max() > 1.15
+
+
 def test_loops_that_are_gaussian_are_neither_weighted_nor_sampled(problem: Problem) -> None:
     gaussian = replace(
         problem.step, tests=tuple(replace(one, exact=None) for one in problem.step.tests)
@@ -211,8 +220,9 @@ def test_what_is_a_tests_own_is_sampled_with_the_state(
     weight /= weight.sum()
     expected = weight @ grid
     expected_sd = np.sqrt(weight @ (grid - expected) ** 2)
-    close = abs(drawn.mean() - expected) < 0.06
-    assert (close and abs(drawn.std() / expected_sd - 1.0) < 0.05) == weighed
+    # Right draws come within 0.01 and 0.005 of it, by other seeds too.
+    close = abs(drawn.mean() - expected) < 0.03
+    assert (close and abs(drawn.std() / expected_sd - 1.0) < 0.025) == weighed
 
 
 @dataclass(frozen=True)

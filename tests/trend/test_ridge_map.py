@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hdprog.inference.ridge_coordinates import from_unconstrained
 from hdprog.physics.drive_model import torsion_angle
 from hdprog.physics.torque_path import TorquePath
 from hdprog.trend.ridge_map import RidgeMap
@@ -43,6 +44,19 @@ def test_without_teeth_to_meet_draws_stay_where_they_are() -> None:
     found, log_slope = ridge_map(nowhere).onto_ridge(tangent)
     assert np.array_equal(found, tangent)
     assert not log_slope.any()
+
+
+def test_open_directions_raise_one_ridge_coordinate_each() -> None:
+    bend, small = ridge_map(from_loop(NEW)), 1e-4
+
+    def ridge(wear: np.ndarray) -> np.ndarray:
+        return from_unconstrained(to_loop(wear), ALPHA, PRIOR.softplus_scale)
+
+    moved = ridge(bend.point + small * bend.open_directions) - ridge(bend.point[None])
+    assert len(moved) == 5
+    for raised in moved / small:
+        assert raised.max() == pytest.approx(1.0, abs=1e-2)
+        assert np.sort(np.abs(raised))[-2] < 1e-2
 
 
 @pytest.mark.parametrize("more", [-0.4, 0.3])

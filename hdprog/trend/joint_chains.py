@@ -1,0 +1,213 @@
+"""Chains over all loops and the trend together.
+
+The prior of a chain is the Gaussian step, its likelihood that step's weight. A sweep turns what is
+each test's own, test by test, and then all states by elliptical slices (Murray, Adams & MacKay,
+AISTATS 2010); takes other hyperparameters under the same numbers z, or another z, as the Gaussian
+step has them; and shifts all tests along their ridges together by Metropolis steps. No loop knows
+where along its ridge it lies, and a slice in all dimensions at once hardly moves there: chains
+without these shifts agree with each other and are too narrow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdprog.physics.parameters import FloatArray
+from hdprog.trend.elliptical_slice import between, turned
+from hdprog.trend.exact_likelihood import Nuisances
+from hdprog.trend.gaussian_step import GaussianStep, Tangents, Test
+from hdprog.trend.hyperparameters import HyperparameterDraws
+from hdprog.trend.written_out import WrittenOut
+
+_WARM_UP = 20
+_FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
+_LEARN = 5  # sweeps
+_FRESH = 4  # sweeps from one offer of fresh numbers to the next
+_SHIFTS = 4  # a sweep
+_FIRST_REACH = 0.1  # of a ridge coordinate
+_TAKEN = 0.35  # share of shifts that the reach is made for
+
+
+class Chains:
+    """Independent chains side by side; they are changed in place.
+
+    Attributes
+    ----------
+    deviates : (chains, k) of the hyperparameters
+    met : (chains, tests, n) what the tests met
+    """
+
+    def __init__(
+        self,
+        step: GaussianStep,
+        draws: HyperparameterDraws,
+        deviates: FloatArray,
+        start: Tangents,
+        rng: np.random.Generator,
+    ) -> None:
+        self._step, self._draws, self._rng = step, draws, rng
+        self._sweeps, self._share = 0, 1.0
+        self.deviates, self._at = deviates, WrittenOut.of(step, deviates)
+        self._tangents, self._numbers = start, self._at.numbers_of(start)
+        self._own = self._at.own
+        self._weight, self.met = self._at.log_weight(start)
+        self._along = _shifts(step.tests)
+        self._reach = np.full(len(self._along), _FIRST_REACH)
+
+    def warm_up(self) -> None:
+        """From the Gaussian step to the posterior: the weight comes in by and by.
+
+        Meanwhile the Gaussians of the tests' own numbers are taken anew, as these are met.
+        """
+        lately: list[Tangents] = []
+        for number in range(_WARM_UP):
+            self._share = min(1.0, _FIRST_SHARE ** (1.0 - number / (0.6 * _WARM_UP)))
+            self.sweep()
+            lately.append(self._tangents)
+            if number % _LEARN == _LEARN - 1:
+                self._learn_own(lately[-_LEARN:])
+        self._share = 1.0
+
+    def sweep(self) -> None:
+        """Turn what is each test's own, then the states; offer others; shift along the ridges."""
+        self._turn_own()
+        self._turn_states()
+        deviates = self._draws.thinned(len(self.deviates), self._rng)
+        self._offer(deviates, WrittenOut.of(self._step, deviates), self._numbers)
+        if self._sweeps % _FRESH == 0:
+            # Tails that a turn hardly finds are entered, and left, by draws of their own.
+            self._offer(self.deviates, self._at, self._rng.standard_normal(self._numbers.shape))
+        for place in self._rng.permutation(len(self._along))[:_SHIFTS]:
+            taken = self._shift(place)
+            if self._sweeps < _WARM_UP:
+                self._reach[place] *= np.exp(taken - _TAKEN)
+        self._sweeps += 1
+
+    def _learn_own(self, lately: Sequence[Tangents]) -> None:
+        """Take Gaussians of the tests' own numbers from draws; every chain stays where it is."""
+        tests, here = [], self._tangents
+        for place, test in enumerate(self._step.tests):
+            if test.exact is not None and test.own.mean.size:
+                departure = np.concatenate([one.states[:, place] - test.point for one in lately])
+                met = np.concatenate([one.nuisances[place] for one in lately])
+                test = replace(test, own=Nuisances.fitted(departure, met))
+                now = here.states[:, place] - test.point
+                self._numbers[:, self._own[place]] = test.own.deviates(now, here.nuisances[place])
+            tests.append(test)
+        self._step = replace(self._step, tests=tuple(tests))
+        self._at = replace(self._at, step=self._step)
+        self._weight, self.met = self._at.log_weight(here)
+
+    def _turn_own(self) -> None:
+        """Every test by itself: for given states the weight is a product over the tests."""
+        nuisances = list(self._tangents.nuisances)
+        for place, test in enumerate(self._step.tests):
+            if test.exact is not None and test.own.mean.size:
+                nuisances[place] = self._own_turned(place, test)
+        self._tangents = replace(self._tangents, nuisances=tuple(nuisances))
+
+    def _own_turned(self, place: int, test: Test) -> FloatArray:
+        own, state = self._own[place], self._tangents.states[:, place]
+        old, nuisances = self._numbers[:, own], self._tangents.nuisances[place]
+        other = self._rng.standard_normal(old.shape)
+
+        def at_angles(rows: NDArray[np.intp], angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+            numbers = between(old[rows], other[rows], angle)
+            drawn = test.own.draw(state[rows] - test.point, numbers)
+            return test.log_ratio(state[rows], drawn)[0], drawn
+
+        now, _ = test.log_ratio(state, nuisances)
+        angle, new, drawn = turned(at_angles, now + self._room(), (now, nuisances), self._rng)
+        self._numbers[:, own] = between(old, other, angle)
+        self._weight = self._weight + (new - now)
+        return drawn
+
+    def _turn_states(self) -> None:
+        """All states together; what is the tests' own follows as the Gaussian step has it."""
+        rng, at, here = self._rng, self._at, self._tangents
+        fresh, still = rng.standard_normal(self._numbers.shape), np.zeros_like(self._numbers)
+        for own in self._own:
+            fresh[:, own] = still[:, own] = self._numbers[:, own]
+        centre, other = at.tangents(still), at.tangents(fresh)
+
+        def at_angles(rows: NDArray[np.intp], angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+            three = (draws.rows(rows) for draws in (here, centre, other))
+            start, middle, further = three
+            return at.log_weight(start.turned(middle, further, angle), rows)
+
+        height = self._weight + self._room()
+        now = (self._weight, self.met)
+        angle, self._weight, self.met = turned(at_angles, height, now, rng)
+        self._numbers = still + between(self._numbers - still, fresh - still, angle)
+        self._tangents = here.turned(centre, other, angle)
+
+    def _room(self) -> FloatArray:
+        """By how much the log weight (chains,) may fall, drawn for the share of it that counts."""
+        return np.asarray(np.log(self._rng.uniform(size=len(self.deviates))) / self._share)
+
+    def _shift(self, place: int) -> float:
+        """Shift all tests along one direction of their ridges; the share of chains that do."""
+        rng, count = self._rng, len(self.deviates)
+        way = self._reach[place] * rng.standard_normal(count) * np.exp(rng.standard_normal(count))
+        states = self._tangents.states + way[:, None, None] * self._along[place]
+        own = [self._numbers[:, test] for test in self._own]
+        tangents = self._step.own_drawn(states, own)
+        numbers = self._numbers.copy()
+        numbers[:, : self._at.size] = self._at.numbers_of_states(states)
+        weight, met = self._at.log_weight(tangents)
+        # A shift leaves the volume as it is: what counts beside the weight is the numbers' density.
+        gained = self._share * (weight - self._weight)
+        gained += _log_normal(numbers) - _log_normal(self._numbers)
+        taken = np.log(rng.uniform(size=count)) < gained
+        self._take(taken, numbers, tangents, weight, met)
+        return float(taken.mean())
+
+    def _offer(self, deviates: FloatArray, at: WrittenOut, numbers: FloatArray) -> None:
+        """Take what is drawn as the Gaussian step has it, or stay, by the ratio of the weights."""
+        tangents = at.tangents(numbers)
+        weight, met = at.log_weight(tangents)
+        taken = self._room() < weight - self._weight
+        self.deviates = np.where(taken[:, None], deviates, self.deviates)
+        if at is not self._at:
+            self._at = self._at.where(taken, at)
+        self._take(taken, numbers, tangents, weight, met)
+
+    def _take(
+        self,
+        taken: NDArray[np.bool_],
+        numbers: FloatArray,
+        tangents: Tangents,
+        weight: FloatArray,
+        met: FloatArray,
+    ) -> None:
+        def chosen(new: FloatArray, old: FloatArray) -> FloatArray:
+            return np.where(taken.reshape((-1,) + (1,) * (new.ndim - 1)), new, old)
+
+        self._numbers = chosen(numbers, self._numbers)
+        self._weight, self.met = chosen(weight, self._weight), chosen(met, self.met)
+        each = zip(tangents.nuisances, self._tangents.nuisances, strict=True)
+        self._tangents = Tangents(
+            chosen(tangents.states, self._tangents.states),
+            tuple(chosen(new, old) for new, old in each),
+        )
+
+
+def _log_normal(numbers: FloatArray) -> FloatArray:
+    """(chains,) of standard normal numbers (chains, k), up to a constant."""
+    return np.asarray(-0.5 * np.sum(numbers**2, axis=1))
+
+
+def _shifts(tests: Sequence[Test]) -> FloatArray:
+    """(directions, tests, n): a ridge coordinate raised alike in all tests, or from test to test.
+
+    Of the coordinates that a loop leaves open; those that it fixes would hardly move.
+    """
+    alike = np.stack([test.ridge.open_directions for test in tests], axis=1)
+    if len(tests) == 1:
+        return alike
+    slope = np.linspace(-1.0, 1.0, len(tests))
+    return np.concatenate([alike, alike * slope[:, None]])

@@ -1,0 +1,142 @@
+"""The Gaussian step written out: all tests' states at once, for draws of the hyperparameters.
+
+The filter of `gaussian_step.StepAt` draws step by step, from more random numbers than there are
+states. Here a draw is m + P^{-1/2} z with as many numbers as states, so that a move of the states
+is a move of their numbers, too, and all tests can be moved along their ridges together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf, dpotri, dtrtri
+
+from hdprog.physics.parameters import FloatArray
+from hdprog.trend.gaussian_step import GaussianStep, Tangents
+from hdprog.trend.joint_gaussian import joint_gaussian
+from hdprog.trend.state_space import Hyperparameters, Steps
+
+
+@dataclass(frozen=True)
+class WrittenOut:
+    """The Gaussian step given hyperparameters, for many draws of them; N = tests·n.
+
+    Attributes
+    ----------
+    step : whose it is
+    expected : (draws, N) of what the tests meet, before they are looked at
+    trend : (draws, N, N) its precision
+    centre : (draws, N) by trend and loops
+    factor : (draws, N, N) lower Cholesky factor of the precision of both
+    root : (draws, N, N) its inverse
+    """
+
+    step: GaussianStep
+    expected: FloatArray
+    trend: FloatArray
+    centre: FloatArray
+    factor: FloatArray
+    root: FloatArray
+
+    @staticmethod
+    def of(step: GaussianStep, deviates: FloatArray) -> WrittenOut:
+        """Given hyperparameters' deviates (draws, k)."""
+        values = Hyperparameters.of(deviates, step.wear_prior)
+        steps = Steps.of(step.timeline, values, step.state_prior, step.wear_prior)
+        mean, covariance = joint_gaussian(steps, values.scatter, step.wear_prior.scales)
+        expected, trend = mean.reshape(len(mean), -1), _inverse(covariance)
+        pull, both = np.matmul(trend, expected[..., None])[..., 0], trend.copy()
+        count = mean.shape[-1]
+        for number, test in enumerate(step.tests):
+            block = slice(number * count, (number + 1) * count)
+            both[:, block, block] += test.loop.precision
+            pull[:, block] += test.loop.information
+        factor = _factors(both)
+        root = np.array([dtrtri(one, lower=1)[0] for one in factor])
+        centre = np.matmul(np.swapaxes(root, 1, 2), np.matmul(root, pull[..., None]))[..., 0]
+        return WrittenOut(step, expected, trend, centre, factor, root)
+
+    @cached_property
+    def own(self) -> tuple[slice, ...]:
+        """Which of all numbers each test's own are drawn from; those before make the states."""
+        return self.step.own_numbers(self.numbers)
+
+    def where(self, chosen: NDArray[np.bool_], other: WrittenOut) -> WrittenOut:
+        """Of the chosen draws (draws,) another's."""
+        pairs = zip(self._parts, other._parts, strict=True)
+        each = (np.where(chosen.reshape((-1,) + (1,) * (a.ndim - 1)), b, a) for a, b in pairs)
+        return WrittenOut(self.step, *each)
+
+    @property
+    def _parts(self) -> tuple[FloatArray, ...]:
+        return self.expected, self.trend, self.centre, self.factor, self.root
+
+    @property
+    def size(self) -> int:
+        """N, how many numbers the states are drawn from."""
+        return int(self.centre.shape[1])
+
+    @property
+    def numbers(self) -> int:
+        """How many standard normal numbers a draw takes."""
+        return self.size + sum(test.own.mean.size for test in self.step.tests)
+
+    def tangents(self, numbers: FloatArray) -> Tangents:
+        """Draws from standard normal numbers (draws, numbers); their centre from zeros."""
+        of_states = numbers[:, : self.size]
+        away = np.einsum("dji,dj->di", self.root, of_states)
+        states = (self.centre + away).reshape(len(numbers), len(self.step.tests), -1)
+        return self.step.own_drawn(states, [numbers[:, own] for own in self.own])
+
+    def numbers_of(self, tangents: Tangents) -> FloatArray:
+        """The numbers (draws, numbers) that make these draws."""
+        states, own = tangents.states, []
+        for place, (test, met) in enumerate(zip(self.step.tests, tangents.nuisances, strict=True)):
+            own.append(test.own.deviates(states[:, place] - test.point, met))
+        return np.hstack([self.numbers_of_states(states), *own])
+
+    def numbers_of_states(self, states: FloatArray) -> FloatArray:
+        """The numbers (draws, N) that make these states (draws, tests, n)."""
+        away = states.reshape(len(states), -1) - self.centre
+        return np.asarray(np.einsum("dji,dj->di", self.factor, away))
+
+    def log_weight(
+        self, tangents: Tangents, rows: NDArray[np.intp] | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Log w up to a constant, and what the tests met (draws, tests, n).
+
+        Parameters
+        ----------
+        tangents : draws
+        rows : which of the draws of the hyperparameters they belong to; all of them if None
+        """
+        expected, trend = self.expected, self.trend
+        if rows is not None:
+            expected, trend = expected[rows], trend[rows]
+
+        def squares(courses: FloatArray) -> FloatArray:
+            away = courses.reshape(*courses.shape[:2], -1) - expected
+            return np.asarray(np.sum(away * np.matmul(trend, away[..., None])[..., 0], axis=-1))
+
+        return self.step.log_weight(tangents, squares)
+
+
+def _factors(matrices: FloatArray) -> FloatArray:
+    """Lower Cholesky factors (draws, N, N); not numbers where a matrix is not positive.
+
+    Such a draw of the hyperparameters has no weight, and is not taken.
+    """
+    found = np.empty_like(matrices)
+    for into, one in zip(found, matrices, strict=True):
+        factor, failed = dpotrf(one, lower=1)
+        into[:] = np.nan if failed else factor
+    return found
+
+
+def _inverse(covariance: FloatArray) -> FloatArray:
+    """Inverses (draws, N, N) of symmetric positive matrices; by LAPACK, a third of the work."""
+    found = np.array([dpotri(factor, lower=1)[0] for factor in _factors(covariance)])
+    return np.asarray(np.tril(found) + np.swapaxes(np.tril(found, -1), 1, 2))
