@@ -28,6 +28,7 @@ _FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
 _LEARN = 5  # sweeps
 _FRESH = 4  # sweeps from one offer of fresh numbers to the next
 _SHIFTS = 4  # a sweep
+_WRITTEN = 120  # numbers of all tests' states up to which all chains are offered others each sweep
 _FIRST_REACH = 0.1  # of a ridge coordinate
 _TAKEN = 0.35  # share of shifts that the reach is made for
 
@@ -76,11 +77,11 @@ class Chains:
         """Turn what is each test's own, then the states; offer others; shift along the ridges."""
         self._turn_own()
         self._turn_states()
-        deviates = self._draws.thinned(len(self.deviates), self._rng)
-        self._offer(deviates, WrittenOut.of(self._step, deviates), self._numbers)
+        self._offer_others()
         if self._sweeps % _FRESH == 0:
             # Tails that a turn hardly finds are entered, and left, by draws of their own.
-            self._offer(self.deviates, self._at, self._rng.standard_normal(self._numbers.shape))
+            fresh = self._rng.standard_normal(self._numbers.shape)
+            self._offer(np.arange(len(fresh)), self.deviates, self._at, fresh)
         for place in self._rng.permutation(len(self._along))[:_SHIFTS]:
             taken = self._shift(place)
             if self._sweeps < _WARM_UP:
@@ -121,7 +122,9 @@ class Chains:
             return test.log_ratio(state[rows], drawn)[0], drawn
 
         now, _ = test.log_ratio(state, nuisances)
-        angle, new, drawn = turned(at_angles, now + self._room(), (now, nuisances), self._rng)
+        angle, new, drawn = turned(
+            at_angles, now + self._room(len(now)), (now, nuisances), self._rng
+        )
         self._numbers[:, own] = between(old, other, angle)
         self._weight = self._weight + (new - now)
         return drawn
@@ -139,15 +142,15 @@ class Chains:
             start, middle, further = three
             return at.log_weight(start.turned(middle, further, angle), rows)
 
-        height = self._weight + self._room()
+        height = self._weight + self._room(len(self._weight))
         now = (self._weight, self.met)
         angle, self._weight, self.met = turned(at_angles, height, now, rng)
         self._numbers = still + between(self._numbers - still, fresh - still, angle)
         self._tangents = here.turned(centre, other, angle)
 
-    def _room(self) -> FloatArray:
+    def _room(self, chains: int) -> FloatArray:
         """By how much the log weight (chains,) may fall, drawn for the share of it that counts."""
-        return np.asarray(np.log(self._rng.uniform(size=len(self.deviates))) / self._share)
+        return np.asarray(np.log(self._rng.uniform(size=chains)) / self._share)
 
     def _shift(self, place: int) -> float:
         """Shift all tests along one direction of their ridges; the share of chains that do."""
@@ -163,37 +166,56 @@ class Chains:
         gained = self._share * (weight - self._weight)
         gained += _log_normal(numbers) - _log_normal(self._numbers)
         taken = np.log(rng.uniform(size=count)) < gained
-        self._take(taken, numbers, tangents, weight, met)
+        rows = np.flatnonzero(taken)
+        self._take(rows, numbers[taken], tangents.rows(rows), weight[taken], met[taken])
         return float(taken.mean())
 
-    def _offer(self, deviates: FloatArray, at: WrittenOut, numbers: FloatArray) -> None:
-        """Take what is drawn as the Gaussian step has it, or stay, by the ratio of the weights."""
+    def _offer_others(self) -> None:
+        """Offer other hyperparameters: to all chains, or in turn where there are many tests.
+
+        Writing the Gaussian step out costs the cube of all tests' numbers.
+        """
+        count = len(self.deviates)
+        some = max(1, count * _WRITTEN // self._at.size)
+        rows = np.arange(count) if some >= count else self._rng.permutation(count)[:some]
+        deviates = self._draws.thinned(len(rows), self._rng)
+        self._offer(rows, deviates, WrittenOut.of(self._step, deviates), self._numbers[rows])
+
+    def _offer(
+        self, rows: NDArray[np.intp], deviates: FloatArray, at: WrittenOut, numbers: FloatArray
+    ) -> None:
+        """Let chains take what the Gaussian step draws, by the ratio of the weights."""
         tangents = at.tangents(numbers)
         weight, met = at.log_weight(tangents)
-        taken = self._room() < weight - self._weight
-        self.deviates = np.where(taken[:, None], deviates, self.deviates)
+        taken = np.flatnonzero(self._room(len(rows)) < weight - self._weight[rows])
+        self.deviates = _with(self.deviates, rows[taken], deviates[taken])
         if at is not self._at:
-            self._at = self._at.where(taken, at)
-        self._take(taken, numbers, tangents, weight, met)
+            self._at = self._at.having(rows[taken], at, taken)
+        self._take(rows[taken], numbers[taken], tangents.rows(taken), weight[taken], met[taken])
 
     def _take(
         self,
-        taken: NDArray[np.bool_],
+        rows: NDArray[np.intp],
         numbers: FloatArray,
         tangents: Tangents,
         weight: FloatArray,
         met: FloatArray,
     ) -> None:
-        def chosen(new: FloatArray, old: FloatArray) -> FloatArray:
-            return np.where(taken.reshape((-1,) + (1,) * (new.ndim - 1)), new, old)
-
-        self._numbers = chosen(numbers, self._numbers)
-        self._weight, self.met = chosen(weight, self._weight), chosen(met, self.met)
-        each = zip(tangents.nuisances, self._tangents.nuisances, strict=True)
+        """Put other numbers, and what belongs to them, in the place of some chains'."""
+        self._numbers = _with(self._numbers, rows, numbers)
+        self._weight, self.met = _with(self._weight, rows, weight), _with(self.met, rows, met)
+        each = zip(self._tangents.nuisances, tangents.nuisances, strict=True)
         self._tangents = Tangents(
-            chosen(tangents.states, self._tangents.states),
-            tuple(chosen(new, old) for new, old in each),
+            _with(self._tangents.states, rows, tangents.states),
+            tuple(_with(old, rows, new) for old, new in each),
         )
+
+
+def _with(old: FloatArray, rows: NDArray[np.intp], new: FloatArray) -> FloatArray:
+    """A copy with other rows in some places."""
+    found = old.copy()
+    found[rows] = new
+    return found
 
 
 def _log_normal(numbers: FloatArray) -> FloatArray:

@@ -64,11 +64,12 @@ class WrittenOut:
         """Which of all numbers each test's own are drawn from; those before make the states."""
         return self.step.own_numbers(self.numbers)
 
-    def where(self, chosen: NDArray[np.bool_], other: WrittenOut) -> WrittenOut:
-        """Of the chosen draws (draws,) another's."""
-        pairs = zip(self._parts, other._parts, strict=True)
-        each = (np.where(chosen.reshape((-1,) + (1,) * (a.ndim - 1)), b, a) for a, b in pairs)
-        return WrittenOut(self.step, *each)
+    def having(self, rows: NDArray[np.intp], other: WrittenOut, of: NDArray[np.intp]) -> WrittenOut:
+        """In some rows draws `of` another."""
+        parts = tuple(part.copy() for part in self._parts)
+        for part, another in zip(parts, other._parts, strict=True):
+            part[rows] = another[of]
+        return WrittenOut(self.step, *parts)
 
     @property
     def _parts(self) -> tuple[FloatArray, ...]:

@@ -127,6 +127,18 @@ def test_it_is_the_posterior_of_the_whole_model(
     assert ratio.max() < 1.07
 
 
+def test_offers_to_some_chains_at_a_time_lead_to_the_same(
+    problem: Problem, reference: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where there are many tests: a third of the chains a sweep."""
+    monkeypatch.setattr(joint_chains, "_WRITTEN", 5)
+    found = sampled(problem, monkeypatch).measured
+    shift, ratio = shifts_and_ratios(found.reshape(len(found), -1), reference)
+    assert shift.max() < 0.1
+    assert ratio.min() > 0.93
+    assert ratio.max() < 1.07
+
+
 def test_without_the_slope_of_the_ridge_it_would_not_be(
     problem: Problem, reference: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:

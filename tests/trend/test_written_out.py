@@ -78,13 +78,12 @@ def test_centre_and_spread_are_those_of_the_filter(step: GaussianStep) -> None:
     np.testing.assert_allclose(states.std(axis=0) / spread, 1.0, atol=0.05)
 
 
-def test_chosen_draws_are_another_s(step: GaussianStep, deviates: np.ndarray) -> None:
+def test_some_draws_are_another_s(step: GaussianStep, deviates: np.ndarray) -> None:
     one, other = WrittenOut.of(step, deviates), WrittenOut.of(step, deviates[::-1])
-    chosen = np.arange(DRAWS) % 2 == 0
-    mixed = one.where(chosen, other)
-    wanted = np.where(chosen[:, None], other.centre, one.centre)
-    np.testing.assert_array_equal(mixed.centre, wanted)
-    np.testing.assert_array_equal(mixed.root[1], one.root[1])
+    mixed = one.having(np.array([0, 4]), other, np.array([2, 3]))
+    np.testing.assert_array_equal(mixed.centre[[0, 4]], other.centre[[2, 3]])
+    np.testing.assert_array_equal(mixed.root[4], other.root[3])
+    np.testing.assert_array_equal(mixed.trend[[1, 2, 3, 5]], one.trend[[1, 2, 3, 5]])
 
 
 def test_a_covariance_that_is_none_has_no_weight(
