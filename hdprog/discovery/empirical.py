@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from hdprog.discovery.model import Model
-from hdprog.discovery.pooling import THRESHOLD, pooled, replaced, share
+from hdprog.discovery.pooling import THRESHOLD, pooled, refitted, share
 from hdprog.discovery.unknown import TermGain, term_gains, with_term
 
 TERM_THRESHOLD = 5.0
@@ -73,5 +73,4 @@ def _with_term(
     """The models with the empirical term over a coordinate, where it gains anything."""
     own = [found[coordinate] for found in terms]
     having = [at for at, term in enumerate(own) if term.gain > 0 or len(models) == 1]
-    jobs = ([models[at] for at in having], [own[at] for at in having])
-    return replaced(models, having, spread(with_term, *jobs))
+    return refitted(models, having, spread, with_term, own)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -29,9 +30,25 @@ def share_of(base: float, before: float, after: float) -> float:
     return float(np.clip((before - after) / (base - after), -1.0, 1.0)) if base > after else 0.0
 
 
-def replaced(models: Sequence[Model], places: Sequence[int], by: Iterable[Model]) -> list[Model]:
-    """The models with others in some places."""
+def refitted(
+    models: Sequence[Model],
+    places: Sequence[int],
+    spread: Callable[..., Iterable[Any]],
+    refit: Callable[..., Model],
+    *arguments: Sequence[Any],
+) -> list[Model]:
+    """The models, refitted in some places; the others stay the very same.
+
+    Parameters
+    ----------
+    models : one a test
+    places : of those to refit
+    spread : map over them, e.g. an executor's
+    refit : of a model and its arguments
+    arguments : sequences, one a test each
+    """
     found = list(models)
-    for at, model in zip(places, by, strict=True):
+    jobs = ([each[at] for at in places] for each in (models, *arguments))
+    for at, model in zip(places, spread(refit, *jobs), strict=True):
         found[at] = model
     return found

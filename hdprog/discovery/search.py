@@ -17,7 +17,7 @@ import numpy as np
 from hdprog.discovery.candidates import refits, refits_again, without
 from hdprog.discovery.empirical import with_unknown
 from hdprog.discovery.model import Model
-from hdprog.discovery.pooling import THRESHOLD, pooled, replaced, share_of
+from hdprog.discovery.pooling import THRESHOLD, pooled, refitted, share_of
 from hdprog.discovery.unknown import TermGain, term_gains
 from hdprog.inference.effect_starts import unmet
 from hdprog.inference.prepare import Prepared, settle_noise
@@ -230,10 +230,9 @@ def _without(
     rngs: Sequence[np.random.Generator],
     spread: Callable[..., Iterable[Any]],
 ) -> list[Model]:
-    """The models with an effect taken out; those that lack it stay the very same."""
+    """The models with an effect taken out where they have it."""
     having = [at for at, model in enumerate(models) if name in model.ids]
-    jobs = ([models[at] for at in having], [name] * len(having), [rngs[at] for at in having])
-    return replaced(models, having, spread(without, *jobs))
+    return refitted(models, having, spread, without, [name] * len(models), rngs)
 
 
 def _joined(step: Step, name: str) -> Model:

@@ -164,10 +164,15 @@ class GaussianStep:
 
     def at(self, deviates: FloatArray) -> StepAt:
         """Given hyperparameters' deviates (draws, k)."""
+        steps, scatter = self.steps_of(deviates)
+        given = GivenMeasured.of(steps, scatter, self.seen.scales, self.seen.unknown_part)
+        return StepAt(self, given.predictor, scatter)
+
+    def steps_of(self, deviates: FloatArray) -> tuple[Steps, FloatArray]:
+        """Steps along the tests, and scatter (draws,), of hyperparameters' deviates (draws, k)."""
         values = Hyperparameters.of(deviates, self.wear_prior)
         steps = Steps.of(self.timeline, values, self.state_prior, self.wear_prior)
-        given = GivenMeasured.of(steps, values.scatter, self.seen.scales, self.seen.unknown_part)
-        return StepAt(self, given.predictor, values.scatter)
+        return steps, values.scatter
 
     def log_weight(
         self, tangents: Tangents, squares: Callable[[FloatArray], FloatArray]

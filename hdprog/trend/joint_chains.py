@@ -21,7 +21,7 @@ from hdprog.trend.elliptical_slice import between, turned
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.gaussian_step import GaussianStep, Tangents, Test
 from hdprog.trend.hyperparameters import HyperparameterDraws
-from hdprog.trend.written_out import WrittenOut
+from hdprog.trend.written_out import WrittenOut, with_rows
 
 _WARM_UP = 20
 _FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
@@ -188,7 +188,7 @@ class Chains:
         tangents = at.tangents(numbers)
         weight, met = at.log_weight(tangents)
         taken = np.flatnonzero(self._room(len(rows)) < weight - self._weight[rows])
-        self.deviates = _with(self.deviates, rows[taken], deviates[taken])
+        self.deviates = with_rows(self.deviates, rows[taken], deviates[taken])
         if at is not self._at:
             self._at = self._at.having(rows[taken], at, taken)
         self._take(rows[taken], numbers[taken], tangents.rows(taken), weight[taken], met[taken])
@@ -202,20 +202,16 @@ class Chains:
         met: FloatArray,
     ) -> None:
         """Put other numbers, and what belongs to them, in the place of some chains'."""
-        self._numbers = _with(self._numbers, rows, numbers)
-        self._weight, self.met = _with(self._weight, rows, weight), _with(self.met, rows, met)
+        self._numbers = with_rows(self._numbers, rows, numbers)
+        self._weight, self.met = (
+            with_rows(self._weight, rows, weight),
+            with_rows(self.met, rows, met),
+        )
         each = zip(self._tangents.nuisances, tangents.nuisances, strict=True)
         self._tangents = Tangents(
-            _with(self._tangents.states, rows, tangents.states),
-            tuple(_with(old, rows, new) for old, new in each),
+            with_rows(self._tangents.states, rows, tangents.states),
+            tuple(with_rows(old, rows, new) for old, new in each),
         )
-
-
-def _with(old: FloatArray, rows: NDArray[np.intp], new: FloatArray) -> FloatArray:
-    """A copy with other rows in some places."""
-    found = old.copy()
-    found[rows] = new
-    return found
 
 
 def _log_normal(numbers: FloatArray) -> FloatArray:

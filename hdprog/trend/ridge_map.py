@@ -82,15 +82,16 @@ class RidgeMap:
         """The point's like (n,) on its ridge with another log K_F, K_F in Nm/rad.
 
         What the loop fixes stays as it is. A cup that is too soft for the loop's compliance takes
-        all but the last of it, and leaves the teeth next to none.
+        all but the last of it, and leaves the teeth next to none. Without a ridge the point stays.
         """
         own = to_loop(self.point)[None, :_COUNT]
-        ridge = from_unconstrained(own, self.alpha, self.softplus_scale)[0]
-        compliance, wave_generator = ridge[0], ridge[1]
-        log_rest = compliance - np.logaddexp(0.0, wave_generator)
-        share = min(float(np.exp(-log_stiffness - log_rest)), _MOST_OF_CUP)
-        ridge[2] = np.log(share / (1.0 - share))
-        found, slopes = to_unconstrained(ridge[None], self.alpha, self.softplus_scale)
+        with np.errstate(all="ignore"):
+            ridge = from_unconstrained(own, self.alpha, self.softplus_scale)[0]
+            compliance, wave_generator = ridge[0], ridge[1]
+            log_rest = compliance - np.logaddexp(0.0, wave_generator)
+            share = min(float(np.exp(-log_stiffness - log_rest)), _MOST_OF_CUP)
+            ridge[2] = np.log(share / (1.0 - share))
+            found, slopes = to_unconstrained(ridge[None], self.alpha, self.softplus_scale)
         other = self.point.copy()
         if np.isfinite(slopes).all():
             other[:_COUNT] = from_loop(found)[0]

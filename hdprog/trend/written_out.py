@@ -17,7 +17,6 @@ from scipy.linalg.lapack import dpotrf, dpotri, dtrtri
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.gaussian_step import GaussianStep, Tangents
 from hdprog.trend.joint_gaussian import joint_gaussian
-from hdprog.trend.state_space import Hyperparameters, Steps
 
 
 @dataclass(frozen=True)
@@ -44,9 +43,7 @@ class WrittenOut:
     @staticmethod
     def of(step: GaussianStep, deviates: FloatArray) -> WrittenOut:
         """Given hyperparameters' deviates (draws, k)."""
-        values = Hyperparameters.of(deviates, step.wear_prior)
-        steps = Steps.of(step.timeline, values, step.state_prior, step.wear_prior)
-        mean, covariance = joint_gaussian(steps, values.scatter, step.wear_prior.scales)
+        mean, covariance = joint_gaussian(*step.steps_of(deviates), step.wear_prior.scales)
         expected, trend = mean.reshape(len(mean), -1), _inverse(covariance)
         pull, both = np.matmul(trend, expected[..., None])[..., 0], trend.copy()
         count = mean.shape[-1]
@@ -66,10 +63,8 @@ class WrittenOut:
 
     def having(self, rows: NDArray[np.intp], other: WrittenOut, of: NDArray[np.intp]) -> WrittenOut:
         """In some rows draws `of` another."""
-        parts = tuple(part.copy() for part in self._parts)
-        for part, another in zip(parts, other._parts, strict=True):
-            part[rows] = another[of]
-        return WrittenOut(self.step, *parts)
+        pairs = zip(self._parts, other._parts, strict=True)
+        return WrittenOut(self.step, *(with_rows(a, rows, b[of]) for a, b in pairs))
 
     @property
     def _parts(self) -> tuple[FloatArray, ...]:
@@ -123,6 +118,13 @@ class WrittenOut:
             return np.asarray(np.sum(away * np.matmul(trend, away[..., None])[..., 0], axis=-1))
 
         return self.step.log_weight(tangents, squares)
+
+
+def with_rows(old: FloatArray, rows: NDArray[np.intp], new: FloatArray) -> FloatArray:
+    """A copy with other rows in some places."""
+    found = old.copy()
+    found[rows] = new
+    return found
 
 
 def _factors(matrices: FloatArray) -> FloatArray:

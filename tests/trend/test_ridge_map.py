@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -57,6 +59,19 @@ def test_open_directions_raise_one_ridge_coordinate_each() -> None:
     for raised in moved / small:
         assert raised.max() == pytest.approx(1.0, abs=1e-2)
         assert np.sort(np.abs(raised))[-2] < 1e-2
+
+
+@pytest.mark.parametrize(("b", "threshold"), [(69.0, -324.0), (10.0, -730.0)])
+def test_without_a_ridge_there_is_neither_direction_nor_another_cup(
+    b: float, threshold: float
+) -> None:
+    nowhere = from_loop(NEW)
+    nowhere[3], nowhere[4] = b, threshold
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        bend = ridge_map(nowhere)
+        assert not bend.open_directions.any()
+        assert np.array_equal(bend.with_cup(nowhere[0] - 0.4), nowhere)
 
 
 @pytest.mark.parametrize("more", [-0.4, 0.3])

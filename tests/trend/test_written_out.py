@@ -68,7 +68,7 @@ def test_weights_are_those_of_the_filter(step: GaussianStep, deviates: np.ndarra
 
 
 def test_centre_and_spread_are_those_of_the_filter(step: GaussianStep) -> None:
-    """Of 4 000 draws no mean of 24 is off by 0.07 spreads, no spread by 5 %, in a hundred seeds."""
+    """False alarm: 24 means by 4.4 standard errors and 24 spreads by 4.5, once in 2 000 seeds."""
     many = np.zeros((4000, len(HYPERPARAMETERS)))
     numbers = np.random.default_rng(8).standard_normal((4000, step.numbers(many)))
     states = step.at(many).tangents(numbers).states.reshape(4000, -1)
