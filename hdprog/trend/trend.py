@@ -139,10 +139,11 @@ class Trend:
         states = np.clip(states, centre - farthest, centre + farthest)
         now = at_reference(steps, states[:, -1], carried, behind - 1)
         ahead = simulate_ahead(steps, rng, (now, carried), behind, self.wear_prior.rate_ahead)
-        ahead = np.clip(ahead, centre - farthest, centre + farthest)
         present = now[:, _B]
         floor = self.wear_prior.floor(np.exp(present), rng.uniform(size=present.size))
+        # Before the clip: one parameter held at its bound would leave its share to all others.
         ahead = wear_out(now, ahead, floor)
+        ahead = np.clip(ahead, centre - farthest, centre + farthest)
         return Paths(
             np.asarray(hours, dtype=float),
             np.concatenate([states, ahead], axis=1)[:, which < 0],

@@ -22,6 +22,7 @@ from tests.trend.stand_in import ALPHA, NEW, PRIOR, WEAR, SimulatedLoop, wearing
 
 OPERATION = Operation(ALPHA, 63.0, 63.0)
 SECANT = FigureRequest("secant_stiffness_Nm_per_rad", 14.0)
+WIDTH = FigureRequest("hysteresis_width_arcmin")
 LIMITS = (
     Limit("secant_stiffness_Nm_per_rad", 12_000.0, "below", 14.0),
     Limit("lost_motion_arcmin", 2.5, "above"),
@@ -66,6 +67,16 @@ def test_the_same_seed_gives_the_same_numbers(tests: list[SimulatedLoop], trend:
 def test_the_order_of_the_tests_does_not_matter(tests: list[SimulatedLoop], trend: Trend) -> None:
     turned = fit_trend(tests[::-1], PRIOR, read_wear_prior(), np.random.default_rng(2), quick=True)
     assert np.array_equal(turned.draws.chains, trend.draws.chains)
+
+
+def test_a_gear_that_is_worn_out_does_not_heal(trend: Trend) -> None:
+    """Far past the end of wear, friction does not grow until the loop is as wide as when new."""
+    paths = trend.paths(np.array([3e3, 1e5, 1e6]), np.random.default_rng(9), 1000)
+    width = np.median(figure_paths(WIDTH, paths, PRIOR, OPERATION), axis=0)
+    mu = np.exp(np.median(paths[..., MU], axis=0))
+    assert width[2] == pytest.approx(width[1], rel=0.05)
+    assert width[1] < width[0]
+    assert mu[2] < 1.5 * mu[0]
 
 
 def test_the_summary_is_complete(trend: Trend) -> None:

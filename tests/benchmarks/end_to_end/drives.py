@@ -150,10 +150,11 @@ def _attempt(rng: np.random.Generator) -> Drawn | None:
     if not all(_like_a_gear(loop) for loop in loops):
         return None
     ahead = simulate_ahead(steps, rng, (states[-1:], carried[None]), TESTS, wear.rate_ahead)[0]
+    floor = wear.floor(np.exp(states[-1:, NAMES.index("b")]), rng.uniform(size=1))
+    ahead = wear_out(states[-1:], ahead[None], floor)[0]
     farthest = _FARTHEST_STATE * np.sqrt(steps.initial_variance)
     ahead = np.clip(ahead, steps.initial_mean - farthest, steps.initial_mean + farthest)
-    floor = wear.floor(np.exp(states[-1:, NAMES.index("b")]), rng.uniform(size=1))
-    paths = to_loop(wear_out(states[-1:], ahead[None], floor)[0])
+    paths = to_loop(ahead)
     crossings, past = zip(*(_crossing(limit, paths, grid) for limit in LIMITS), strict=True)
     return Drawn(
         loops,
