@@ -28,13 +28,17 @@ def follow(course: Course, driven_by: FloatArray, constant: FloatArray) -> Float
     """
     assert course.time is not None
     constant = resolved(course, constant)
-    step = np.diff(course.time)
-    rate = np.diff(driven_by, axis=1) / step
-    behind = rate * constant * -np.expm1(-step / constant)
+    rate = np.diff(driven_by, axis=1) / np.diff(course.time)
+    # Over a step w·exp(t/τ) gains τ du/dt times what exp(t/τ) gains.
     growth = np.exp(course.time / constant)
-    summed = np.cumsum(behind * growth[:, 1:], axis=1)
-    missing = np.concatenate([np.zeros_like(constant), summed / growth[:, 1:]], axis=1)
-    return np.asarray(driven_by - missing)
+    behind = np.diff(growth, axis=1) * rate
+    np.cumsum(behind, axis=1, out=behind)
+    behind /= growth[:, 1:]
+    behind *= constant
+    follower = np.empty((len(behind), course.time.size))
+    follower[:, 0] = driven_by[:, 0]
+    np.subtract(driven_by[:, 1:], behind, out=follower[:, 1:])
+    return follower
 
 
 def resolved(course: Course, constant: FloatArray) -> FloatArray:

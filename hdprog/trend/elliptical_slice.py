@@ -16,6 +16,7 @@ from hdprog.physics.parameters import FloatArray
 
 _BRACKET = 2.0  # rad, first bracket of a slice
 _SHRINKS = 60
+_AHEAD = 4  # draws of a chain at most that are looked at together: more are mostly for nothing
 
 
 def between(one: FloatArray, other: FloatArray, angle: FloatArray) -> FloatArray:
@@ -54,7 +55,7 @@ def turned(
     shrinks = 0
     # Rounding alone can keep a chain out of a slice that holds where it is: it stays there.
     while turning.size and shrinks < _SHRINKS:
-        ahead = count // turning.size
+        ahead = min(count // turning.size, _AHEAD)
         shrinks += ahead
         tries = np.empty((turning.size, ahead))
         for number in range(ahead):

@@ -110,11 +110,22 @@ class Test:
         off = tangent - self.point
         steep = self.loop.information - self.loop.precision @ self.point
         gaussian = off @ steep - 0.5 * np.einsum("di,ij,dj->d", off, self.loop.precision, off)
-        gaussian += self.own.log_density(off, own)
-        exact = self.exact.log_likelihood(to_loop(met), own) - 0.5 * np.sum(own**2, axis=1)
         with np.errstate(invalid="ignore"):
-            ratio = exact + log_slope - gaussian
+            ratio = self.log_ratio_of_own(tangent, met, own) + log_slope - gaussian
         return np.where(np.isfinite(ratio), ratio, -np.inf), met
+
+    def log_ratio_of_own(self, tangent: FloatArray, met: FloatArray, own: FloatArray) -> FloatArray:
+        """The part of it that the test's own numbers change, (draws,), where it has an exact one.
+
+        Parameters
+        ----------
+        tangent, met : (draws, n) state on the tangent, and on the ridge
+        own : (draws, k)
+        """
+        assert self.exact is not None
+        found = self.exact.log_likelihood(to_loop(met), own) - 0.5 * np.sum(own**2, axis=1)
+        found -= self.own.log_density(tangent - self.point, own)
+        return np.where(np.isnan(found), -np.inf, found)
 
 
 @dataclass(frozen=True)

@@ -112,16 +112,16 @@ class Chains:
         self._tangents = replace(self._tangents, nuisances=tuple(nuisances))
 
     def _own_turned(self, place: int, test: Test) -> FloatArray:
-        own, state = self._own[place], self._tangents.states[:, place]
+        own, state, met = self._own[place], self._tangents.states[:, place], self.met[:, place]
         old, nuisances = self._numbers[:, own], self._tangents.nuisances[place]
         other = self._rng.standard_normal(old.shape)
 
         def at_angles(rows: NDArray[np.intp], angle: FloatArray) -> tuple[FloatArray, FloatArray]:
             numbers = between(old[rows], other[rows], angle)
             drawn = test.own.draw(state[rows] - test.point, numbers)
-            return test.log_ratio(state[rows], drawn)[0], drawn
+            return test.log_ratio_of_own(state[rows], met[rows], drawn), drawn
 
-        now, _ = test.log_ratio(state, nuisances)
+        now = test.log_ratio_of_own(state, met, nuisances)
         angle, new, drawn = turned(
             at_angles, now + self._room(len(now)), (now, nuisances), self._rng
         )

@@ -51,7 +51,12 @@ class Creep(Effect):
     def evaluate(self, course: Course, values: Values, angle: FloatArray) -> FloatArray:
         """See `Effect.evaluate`."""
         quick, load = values["time_constant"], course.load[None, :]
-        shape = 0.5 * (follow(course, load, quick) + follow(course, load, _RATIO * quick))
+        shape = follow(course, load, quick)
+        shape += follow(course, load, _RATIO * quick)
+        shape *= 0.5
         assert course.time is not None
-        shape += values["left_before"] * np.exp(-course.time / resolved(course, _RATIO * quick))
-        return np.asarray(values["amplitude"] * shape)
+        fading = np.exp(course.time / -resolved(course, _RATIO * quick))
+        fading *= values["left_before"]
+        shape += fading
+        shape *= values["amplitude"]
+        return shape
