@@ -16,6 +16,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import cast
 
 import numpy as np
@@ -26,7 +27,7 @@ from hdprog.trend.evidence import Linearised, LoopEvidence
 from hdprog.trend.exact_likelihood import ExactLikelihood, Nuisances
 from hdprog.trend.given_measured import GivenMeasured, Predictor
 from hdprog.trend.relinearise import JointMode
-from hdprog.trend.ridge_map import RidgeMap
+from hdprog.trend.ridge_map import RidgeMap, onto_ridges
 from hdprog.trend.smoother import draw
 from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
 from hdprog.trend.temperature import SeenTests
@@ -102,29 +103,19 @@ class Test:
     own: Nuisances
     exact: ExactLikelihood | None
 
-    def log_ratio(self, tangent: FloatArray, own: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Log of this test's factor of w (draws,), and what the test met (draws, n)."""
-        if self.exact is None:
-            return np.zeros(len(tangent)), tangent
-        met, log_slope = self.ridge.onto_ridge(tangent)
-        off = tangent - self.point
-        steep = self.loop.information - self.loop.precision @ self.point
-        gaussian = off @ steep - 0.5 * np.einsum("di,ij,dj->d", off, self.loop.precision, off)
-        with np.errstate(invalid="ignore"):
-            ratio = self.log_ratio_of_own(tangent, met, own) + log_slope - gaussian
-        return np.where(np.isfinite(ratio), ratio, -np.inf), met
-
-    def log_ratio_of_own(self, tangent: FloatArray, met: FloatArray, own: FloatArray) -> FloatArray:
-        """The part of it that the test's own numbers change, (draws,), where it has an exact one.
+    def log_ratio_of_own(self, off: FloatArray, loop: FloatArray, own: FloatArray) -> FloatArray:
+        """Log of the part of w (draws,) that a test's own numbers change; −inf without support.
 
         Parameters
         ----------
-        tangent, met : (draws, n) state on the tangent, and on the ridge
+        off : (draws, n) state on the tangent, from the point
+        loop : (draws, n) the loop's coordinates of what the test met
         own : (draws, k)
         """
-        assert self.exact is not None
-        found = self.exact.log_likelihood(to_loop(met), own) - 0.5 * np.sum(own**2, axis=1)
-        found -= self.own.log_density(tangent - self.point, own)
+        if self.exact is None:
+            return np.zeros(len(off))
+        found = self.exact.log_likelihood(loop, own) - 0.5 * np.sum(own**2, axis=1)
+        found -= self.own.log_density(off, own)
         return np.where(np.isnan(found), -np.inf, found)
 
 
@@ -195,16 +186,46 @@ class GaussianStep:
         tangents : draws
         squares : squared surprise (courses, draws) of courses (courses, draws, tests, n)
         """
-        met = np.empty_like(tangents.states)
-        weight = np.zeros(len(met))
-        each = zip(self.tests, tangents.nuisances, strict=True)
-        for number, (test, own) in enumerate(each):
-            ratio, met[:, number] = test.log_ratio(tangents.states[:, number], own)
-            weight += ratio
+        states = tangents.states
+        met, log_slope = self._onto_ridges(states)
+        off, loops = states - self._points, to_loop(met)
+        weight = log_slope - self._log_gaussians(off)
+        for number, (test, own) in enumerate(zip(self.tests, tangents.nuisances, strict=True)):
+            weight += test.log_ratio_of_own(off[:, number], loops[:, number], own)
         with np.errstate(all="ignore"):
-            met_square, tangent_square = squares(np.stack([met, tangents.states]))
+            met_square, tangent_square = squares(np.stack([met, states]))
             weight += 0.5 * (tangent_square - met_square)
         return np.where(np.isfinite(weight), weight, -np.inf), met
+
+    def _onto_ridges(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """What tests met (draws, tests, n), on the ridges of those that are not linear.
+
+        And the log derivative (draws,) of all together.
+        """
+        met, log_slope = onto_ridges([test.ridge for test in self.tests], states)
+        bent = self._bent
+        return np.where(bent[:, None], met, states), log_slope[:, bent].sum(axis=1)
+
+    def _log_gaussians(self, off: FloatArray) -> FloatArray:
+        """Log of the linearised loops (draws,) at states off their points, (draws, tests, n)."""
+        bent, precision = self._bent, self._precision
+        steep = np.stack([test.loop.information for test in self.tests])
+        steep -= np.matmul(precision, self._points[..., None])[..., 0]
+        pull = steep - 0.5 * np.matmul(precision, off[..., None])[..., 0]
+        return np.asarray(np.sum((off * pull)[:, bent], axis=(1, 2)))
+
+    @cached_property
+    def _points(self) -> FloatArray:
+        return np.stack([test.point for test in self.tests])
+
+    @cached_property
+    def _precision(self) -> FloatArray:
+        return np.stack([test.loop.precision for test in self.tests])
+
+    @cached_property
+    def _bent(self) -> NDArray[np.bool_]:
+        """(tests,) whether a test's linearisation is not exact."""
+        return np.array([test.exact is not None for test in self.tests])
 
     def own_drawn(self, states: FloatArray, deviates: Sequence[FloatArray]) -> Tangents:
         """Draws with the tests' own numbers from standard normal ones (tests) of (draws, k)."""

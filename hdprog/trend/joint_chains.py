@@ -21,6 +21,7 @@ from hdprog.trend.elliptical_slice import between, turned
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.gaussian_step import GaussianStep, Tangents, Test
 from hdprog.trend.hyperparameters import HyperparameterDraws
+from hdprog.trend.wear_coordinates import to_loop
 from hdprog.trend.written_out import WrittenOut, with_rows
 
 _WARM_UP = 20
@@ -112,16 +113,17 @@ class Chains:
         self._tangents = replace(self._tangents, nuisances=tuple(nuisances))
 
     def _own_turned(self, place: int, test: Test) -> FloatArray:
-        own, state, met = self._own[place], self._tangents.states[:, place], self.met[:, place]
+        own, off = self._own[place], self._tangents.states[:, place] - test.point
+        loop = to_loop(self.met[:, place])
         old, nuisances = self._numbers[:, own], self._tangents.nuisances[place]
         other = self._rng.standard_normal(old.shape)
 
         def at_angles(rows: NDArray[np.intp], angle: FloatArray) -> tuple[FloatArray, FloatArray]:
             numbers = between(old[rows], other[rows], angle)
-            drawn = test.own.draw(state[rows] - test.point, numbers)
-            return test.log_ratio_of_own(state[rows], met[rows], drawn), drawn
+            drawn = test.own.draw(off[rows], numbers)
+            return test.log_ratio_of_own(off[rows], loop[rows], drawn), drawn
 
-        now = test.log_ratio_of_own(state, met, nuisances)
+        now = test.log_ratio_of_own(off, loop, nuisances)
         angle, new, drawn = turned(
             at_angles, now + self._room(len(now)), (now, nuisances), self._rng
         )

@@ -9,6 +9,7 @@ the x whose ridge coordinates are these: a map one to one, with a density.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -51,19 +52,8 @@ class RidgeMap:
         (draws, n) and (draws,) log |det| of their derivative, up to a constant; −inf, and the draw
         itself, where no parameters lie on the ridge there
         """
-        centre, derivative = self._ridge
-        if not np.isfinite(derivative).all():
-            # Teeth that are all met at no torque at all leave no ridge to follow.
-            return tangent, np.zeros(len(tangent))
-        with np.errstate(all="ignore"):
-            ridge = centre + (tangent[:, :_COUNT] - self.point[:_COUNT]) @ derivative.T
-            loop, log_slope = to_unconstrained(ridge, self.alpha, self.softplus_scale)
-            wear = from_loop(loop)
-            log_slope = log_slope - np.log(slope(wear)).sum(axis=1)
-        inside = np.isfinite(log_slope) & np.isfinite(wear).all(axis=1)
-        found = tangent.copy()
-        found[inside, :_COUNT] = wear[inside]
-        return found, np.where(inside, log_slope, -np.inf)
+        found, log_slope = onto_ridges((self,), tangent[:, None])
+        return found[:, 0], log_slope[:, 0]
 
     @cached_property
     def open_directions(self) -> FloatArray:
@@ -72,7 +62,7 @@ class RidgeMap:
         Shares of wave generator and cup, threshold of the teeth, fall of friction, its mean; none
         where there is no ridge.
         """
-        derivative = self._ridge[1]
+        derivative = self.ridge[1]
         found = np.zeros((len(_OPEN), self.point.size))
         if np.isfinite(derivative).all():
             found[:, :_COUNT] = np.linalg.inv(derivative).T[list(_OPEN)]
@@ -98,7 +88,7 @@ class RidgeMap:
         return other
 
     @cached_property
-    def _ridge(self) -> tuple[FloatArray, FloatArray]:
+    def ridge(self) -> tuple[FloatArray, FloatArray]:
         """Ridge coordinates (8,) of the point and their derivative (8, 8)."""
         own = self.point[:_COUNT]
         shift = _DIFFERENCE * np.eye(_COUNT)
@@ -107,3 +97,30 @@ class RidgeMap:
             flat = from_unconstrained(to_loop(around), self.alpha, self.softplus_scale)
             derivative = (flat[1 : _COUNT + 1] - flat[_COUNT + 1 :]) / (2 * _DIFFERENCE)
         return flat[0], derivative.T
+
+
+def onto_ridges(maps: Sequence[RidgeMap], tangents: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Put draws of several loops (draws, loops, n) onto a ridge each; see `RidgeMap.onto_ridge`.
+
+    Loops without a ridge, whose teeth are all met at no torque at all, stay on their tangents.
+
+    Returns
+    -------
+    (draws, loops, n) and (draws, loops)
+    """
+    points = np.stack([one.point[:_COUNT] for one in maps])
+    centres, derivatives = (np.stack(parts) for parts in zip(*(m.ridge for m in maps), strict=True))
+    has_ridge = np.isfinite(derivatives).all(axis=(1, 2))
+    with np.errstate(all="ignore"):
+        along = np.matmul(derivatives, (tangents[..., :_COUNT] - points)[..., None])[..., 0]
+        flat = (centres + along).reshape(-1, _COUNT)
+        loop, log_slope = to_unconstrained(flat, maps[0].alpha, maps[0].softplus_scale)
+        wear = from_loop(loop)
+        log_slope = log_slope - np.log(slope(wear)).sum(axis=1)
+    shape = tangents.shape[:2]
+    inside = (np.isfinite(log_slope) & np.isfinite(wear).all(axis=1)).reshape(shape)
+    found = tangents.copy()
+    moves = (inside & has_ridge)[..., None]
+    np.copyto(found[..., :_COUNT], wear.reshape(*shape, _COUNT), where=moves)
+    off_ridge = np.where(has_ridge, -np.inf, 0.0)
+    return found, np.where(moves[..., 0], log_slope.reshape(shape), off_ridge)

@@ -15,14 +15,14 @@ import pytest
 
 from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
 from hdprog.physics.parameters import NAMES
-from hdprog.trend import joint_chains, joint_refit
+from hdprog.trend import gaussian_step, joint_chains, joint_refit
 from hdprog.trend.evidence import Linearised
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.gaussian_step import GaussianStep
 from hdprog.trend.hyperparameters import HyperparameterDraws
 from hdprog.trend.joint_refit import Effort, Met, met_by_tests
 from hdprog.trend.relinearise import JointPrior, joint_mode
-from hdprog.trend.ridge_map import RidgeMap
+from hdprog.trend.ridge_map import RidgeMap, onto_ridges
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import StatePrior, from_loop, slope, to_loop
@@ -143,13 +143,12 @@ def test_without_the_slope_of_the_ridge_it_would_not_be(
     problem: Problem, reference: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The planted fault that the comparison has to notice."""
-    onto_ridge = RidgeMap.onto_ridge
 
-    def flat(self: RidgeMap, tangent: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        found, log_slope = onto_ridge(self, tangent)
+    def flat(maps: list[RidgeMap], tangents: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        found, log_slope = onto_ridges(maps, tangents)
         return found, np.where(np.isfinite(log_slope), 0.0, log_slope)
 
-    monkeypatch.setattr(RidgeMap, "onto_ridge", flat)
+    monkeypatch.setattr(gaussian_step, "onto_ridges", flat)
     found = sampled(problem, monkeypatch).measured
     shift, _ = shifts_and_ratios(found.reshape(len(found), -1), reference)
     assert shift.max() > 0.2
@@ -172,6 +171,11 @@ def test_loops_that_are_gaussian_are_neither_weighted_nor_sampled(problem: Probl
     assert found.pareto_k is None
     assert not found.sampled
     assert found.converged
+
+
+def straight(maps: list[RidgeMap], tangents: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Instead of `onto_ridges`: draws stay on the tangents."""
+    return tangents, np.zeros(tangents.shape[:2])
 
 
 def step_covariance(problem: Problem) -> np.ndarray:
@@ -207,7 +211,7 @@ def test_what_is_a_tests_own_is_sampled_with_the_state(
 ) -> None:
     """Against quadrature over (ξ, v), from a Gaussian of v that is off; left out, it shows."""
     monkeypatch.setattr(joint_refit, "HIGHEST_K", -1.0)
-    monkeypatch.setattr(RidgeMap, "onto_ridge", lambda self, u: (u, np.zeros(len(u))))
+    monkeypatch.setattr(gaussian_step, "onto_ridges", straight)
     if not weighed:
         monkeypatch.setattr(Nuisances, "log_density", lambda self, x, v: np.zeros(len(v)))
     covariance = step_covariance(problem)
@@ -255,7 +259,7 @@ def test_weighted_draws_have_the_mean_that_is_known(
     problem: Problem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A tilt of 0.4 spreads: 3 400 of 4 000 draws are effective, a mean errs by 0.017 of them."""
-    monkeypatch.setattr(RidgeMap, "onto_ridge", lambda self, u: (u, np.zeros(len(u))))
+    monkeypatch.setattr(gaussian_step, "onto_ridges", straight)
     covariance = step_covariance(problem)
     spread = np.sqrt(np.diag(covariance))
     tilt = np.zeros(16)

@@ -10,7 +10,7 @@ import pytest
 from hdprog.inference.ridge_coordinates import from_unconstrained
 from hdprog.physics.drive_model import torsion_angle
 from hdprog.physics.torque_path import TorquePath
-from hdprog.trend.ridge_map import RidgeMap
+from hdprog.trend.ridge_map import RidgeMap, onto_ridges
 from hdprog.trend.wear_coordinates import from_loop, to_loop
 from tests.trend.stand_in import ALPHA, NEW, PRIOR, loop_torque
 
@@ -46,6 +46,23 @@ def test_without_teeth_to_meet_draws_stay_where_they_are() -> None:
     found, log_slope = ridge_map(nowhere).onto_ridge(tangent)
     assert np.array_equal(found, tangent)
     assert not log_slope.any()
+
+
+def test_several_loops_go_onto_their_ridges_as_each_does_alone() -> None:
+    """One of them has no ridge; one draw lies where no parameters are."""
+    nowhere = from_loop(NEW)
+    nowhere[3], nowhere[4] = 69.0, -324.0
+    points = np.stack([from_loop(NEW), nowhere, from_loop(NEW) + 0.05])
+    tangents = points + 0.1 * np.random.default_rng(3).standard_normal((20, 3, 8))
+    tangents[0, 2, 0] -= 50.0
+    maps = [ridge_map(point) for point in points]
+    found, log_slope = onto_ridges(maps, tangents)
+    for number, one in enumerate(maps):
+        alone, its_slope = one.onto_ridge(tangents[:, number])
+        np.testing.assert_allclose(found[:, number], alone, rtol=1e-12)
+        np.testing.assert_allclose(log_slope[:, number], its_slope, rtol=1e-9, atol=1e-12)
+    assert np.isneginf(log_slope[0, 2])
+    assert np.array_equal(found[0, 2], tangents[0, 2])
 
 
 def test_open_directions_raise_one_ridge_coordinate_each() -> None:
