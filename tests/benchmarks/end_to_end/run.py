@@ -106,7 +106,7 @@ def _ranks(
     drawn: Drawn, trend: Trend, rng: np.random.Generator
 ) -> tuple[dict[str, int], dict[str, int]]:
     """Ranks of the truth by quantity, and among draws with the planted fault."""
-    deviates = trend.draws.thinned(HIGHEST, rng)
+    deviates = trend.met.thinned(HIGHEST, rng).deviates
     draws: dict[str, FloatArray] = {}
     truth: dict[str, float] = {}
     for at, name in enumerate(HYPERPARAMETERS):
