@@ -3,9 +3,10 @@
 The prior of a chain is the Gaussian step, its likelihood that step's weight. A sweep turns what is
 each test's own, test by test, and then all states by elliptical slices (Murray, Adams & MacKay,
 AISTATS 2010); takes other hyperparameters under the same numbers z, or another z, as the Gaussian
-step has them; and shifts all tests along their ridges together by Metropolis steps. No loop knows
-where along its ridge it lies, and a slice in all dimensions at once hardly moves there: chains
-without these shifts agree with each other and are too narrow.
+step has them; and shifts all tests together, by Metropolis steps, along the directions in which
+that step is widest. These run along the loops' ridges: no loop knows where on its ridge it lies,
+and a slice in all dimensions at once hardly moves there. Chains without these shifts agree with
+each other and are too narrow.
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ _WARM_UP = 20
 _FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
 _LEARN = 5  # sweeps
 _FRESH = 4  # sweeps from one offer of fresh numbers to the next
-_SHIFTS = 4  # a sweep
+_DIRECTIONS, _SHIFTS = 16, 6  # of shifts, and how many of them a sweep takes
 _WRITTEN = 120  # numbers of all tests' states up to which all chains are offered others each sweep
-_FIRST_REACH = 0.1  # of a ridge coordinate
+_FIRST_REACH = 2.0  # of the Gaussian step's spread along a direction
 _TAKEN = 0.35  # share of shifts that the reach is made for
 
 
@@ -57,7 +58,7 @@ class Chains:
         self._tangents, self._numbers = start, self._at.numbers_of(start)
         self._own = self._at.own
         self._weight, self.met = self._at.log_weight(start)
-        self._along = _shifts(step.tests)
+        self._along = self._at.widest(_DIRECTIONS)
         self._reach = np.full(len(self._along), _FIRST_REACH)
 
     def warm_up(self) -> None:
@@ -75,7 +76,7 @@ class Chains:
         self._share = 1.0
 
     def sweep(self) -> None:
-        """Turn what is each test's own, then the states; offer others; shift along the ridges."""
+        """Turn what is each test's own, then the states; offer others; shift all tests together."""
         self._turn_own()
         self._turn_states()
         self._offer_others()
@@ -155,7 +156,7 @@ class Chains:
         return np.asarray(np.log(self._rng.uniform(size=chains)) / self._share)
 
     def _shift(self, place: int) -> float:
-        """Shift all tests along one direction of their ridges; the share of chains that do."""
+        """Shift all tests along one direction; the share of chains that do."""
         rng, count = self._rng, len(self.deviates)
         way = self._reach[place] * rng.standard_normal(count) * np.exp(rng.standard_normal(count))
         states = self._tangents.states + way[:, None, None] * self._along[place]
@@ -219,15 +220,3 @@ class Chains:
 def _log_normal(numbers: FloatArray) -> FloatArray:
     """(chains,) of standard normal numbers (chains, k), up to a constant."""
     return np.asarray(-0.5 * np.sum(numbers**2, axis=1))
-
-
-def _shifts(tests: Sequence[Test]) -> FloatArray:
-    """(directions, tests, n): a ridge coordinate raised alike in all tests, or from test to test.
-
-    Of the coordinates that a loop leaves open; those that it fixes would hardly move.
-    """
-    alike = np.stack([test.ridge.open_directions for test in tests], axis=1)
-    if len(tests) == 1:
-        return alike
-    slope = np.linspace(-1.0, 1.0, len(tests))
-    return np.concatenate([alike, alike * slope[:, None]])

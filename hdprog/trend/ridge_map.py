@@ -21,7 +21,6 @@ from hdprog.trend.wear_coordinates import from_loop, slope, to_loop
 
 _COUNT = len(NAMES)
 _DIFFERENCE = 1e-5
-_OPEN = (1, 2, 4, 5, 6)  # of the ridge coordinates
 _MOST_OF_CUP = 0.98  # of the compliance beside the wave generator's
 
 
@@ -54,19 +53,6 @@ class RidgeMap:
         """
         found, log_slope = onto_ridges((self,), tangent[:, None])
         return found[:, 0], log_slope[:, 0]
-
-    @cached_property
-    def open_directions(self) -> FloatArray:
-        """(5, n) moves on the tangent that raise one each of the coordinates that loops leave open.
-
-        Shares of wave generator and cup, threshold of the teeth, fall of friction, its mean; none
-        where there is no ridge.
-        """
-        derivative = self.ridge[1]
-        found = np.zeros((len(_OPEN), self.point.size))
-        if np.isfinite(derivative).all():
-            found[:, :_COUNT] = np.linalg.inv(derivative).T[list(_OPEN)]
-        return found
 
     def with_cup(self, log_stiffness: float) -> FloatArray:
         """The point's like (n,) on its ridge with another log K_F, K_F in Nm/rad.

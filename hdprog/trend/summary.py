@@ -91,7 +91,10 @@ def summarise(
     first, now = trend.tests[0].service_hours, trend.now_hours
     hours = np.linspace(first, now, _PAST)
     if horizon_hours > now:
-        hours = np.concatenate([hours, np.linspace(now, horizon_hours, _AHEAD + 1)[1:]])
+        # Denser near now, where most limits are passed, than towards the horizon.
+        ahead = now + (horizon_hours - now) * np.linspace(0.0, 1.0, _AHEAD + 1)[1:] ** 2
+        hours = np.concatenate([hours, ahead])
+        hours[-1] = horizon_hours
     coordinates = trend.paths(hours, rng, _DRAWS)
     measured = trend.measured(rng, _DRAWS)
     test_hours = np.array([test.service_hours for test in trend.tests])

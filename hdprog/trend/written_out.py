@@ -99,6 +99,20 @@ class WrittenOut:
         away = states.reshape(len(states), -1) - self.centre
         return np.asarray(np.einsum("dji,dj->di", self.factor, away))
 
+    def widest(self, count: int) -> FloatArray:
+        """Directions (count, tests, n) in which it is widest, each one spread long; N at most.
+
+        How wide is measured by how far each number may go while all others stay where they are:
+        what hangs together most comes first. By the mean precision over the draws.
+        """
+        factor = self.factor[np.isfinite(self.factor).all(axis=(1, 2))]
+        precision = np.matmul(factor, np.swapaxes(factor, 1, 2)).mean(axis=0)
+        alone = 1 / np.sqrt(np.diag(precision))
+        strength, vectors = np.linalg.eigh(precision * np.outer(alone, alone))
+        spread = 1 / np.sqrt(np.maximum(strength, np.finfo(float).eps))
+        directions = (spread * vectors * alone[:, None]).T[:count]
+        return np.asarray(directions.reshape(len(directions), len(self.step.tests), -1))
+
     def log_weight(
         self, tangents: Tangents, rows: NDArray[np.intp] | None = None
     ) -> tuple[FloatArray, FloatArray]:

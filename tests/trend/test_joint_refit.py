@@ -236,9 +236,9 @@ def test_what_is_a_tests_own_is_sampled_with_the_state(
     weight /= weight.sum()
     expected = weight @ grid
     expected_sd = np.sqrt(weight @ (grid - expected) ** 2)
-    # Right draws come within 0.01 and 0.005 of it, by other seeds too.
-    close = abs(drawn.mean() - expected) < 0.03
-    assert (close and abs(drawn.std() / expected_sd - 1.0) < 0.025) == weighed
+    # By four seeds right draws come within 0.006 of both; wrong ones are 0.023 too narrow and more.
+    close = abs(drawn.mean() - expected) < 0.02
+    assert (close and abs(drawn.std() / expected_sd - 1.0) < 0.015) == weighed
 
 
 @dataclass(frozen=True)

@@ -78,6 +78,21 @@ def test_centre_and_spread_are_those_of_the_filter(step: GaussianStep) -> None:
     np.testing.assert_allclose(states.std(axis=0) / spread, 1.0, atol=0.05)
 
 
+def test_the_widest_directions_are_a_spread_long_and_independent(step: GaussianStep) -> None:
+    """And the first is the widest there is: no draw goes as far for its length."""
+    at = WrittenOut.of(step, np.zeros((2, len(HYPERPARAMETERS))))
+    precision = at.factor[0] @ at.factor[0].T
+    directions = at.widest(5).reshape(5, -1)
+    np.testing.assert_allclose(directions @ precision @ directions.T, np.eye(5), atol=1e-6)
+    reach = np.linalg.norm(directions * np.sqrt(np.diag(precision)), axis=1)
+    assert (np.diff(reach) < 0).all()
+    some = np.random.default_rng(10).standard_normal((1000, at.size)) @ at.root[0]
+    lengths = np.sqrt(np.einsum("di,ij,dj->d", some, precision, some))
+    others = np.linalg.norm(some * np.sqrt(np.diag(precision)), axis=1) / lengths
+    assert others.max() < reach[0]
+    assert at.widest(1000).shape == (24, 3, 8)
+
+
 def test_some_draws_are_another_s(step: GaussianStep, deviates: np.ndarray) -> None:
     one, other = WrittenOut.of(step, deviates), WrittenOut.of(step, deviates[::-1])
     mixed = one.having(np.array([0, 4]), other, np.array([2, 3]))
