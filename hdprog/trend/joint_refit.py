@@ -42,8 +42,8 @@ class Effort:
     least: float
 
 
-FULL = Effort(50, 100, 100.0, 60.0)
-QUICK = Effort(40, 80, 80.0, 50.0)
+FULL = Effort(50, 100, 75.0, 60.0)
+QUICK = Effort(40, 80, 75.0, 50.0)
 
 
 @dataclass(frozen=True)
