@@ -13,6 +13,7 @@ _B = NAMES.index("b")
 _SLOWEST = 0.02  # of the clock's rate: what a drive goes on with that seems to stand still
 _FASTEST_LOG = 6.0  # four hundred times as fast is beyond any figure
 _NO_FALL = 1e-9
+_FARTHEST = 15.0  # prior spreads of a coordinate from its prior mean: figures stay finite
 
 
 def simulate_ahead(
@@ -62,6 +63,20 @@ def simulate_ahead(
         walk = walk + drift + departure * turn
         states[:, time - first] = x
     return states
+
+
+def within_reach(steps: Steps, states: FloatArray) -> FloatArray:
+    """States (..., n), held where figures stay finite."""
+    farthest = _FARTHEST * np.sqrt(steps.initial_variance)
+    return np.clip(states, steps.initial_mean - farthest, steps.initial_mean + farthest)
+
+
+def worn_ahead(steps: Steps, now: FloatArray, ahead: FloatArray, floor: FloatArray) -> FloatArray:
+    """States to come with an end to wear, held within reach; parameters as in `wear_out`.
+
+    In this order: a parameter held at its bound would leave its share of the way to all others.
+    """
+    return within_reach(steps, wear_out(now, ahead, floor))
 
 
 def wear_out(now: FloatArray, ahead: FloatArray, floor: FloatArray) -> FloatArray:

@@ -208,11 +208,8 @@ class GaussianStep:
 
     def _log_gaussians(self, off: FloatArray) -> FloatArray:
         """Log of the linearised loops (draws,) at states off their points, (draws, tests, n)."""
-        bent, precision = self._bent, self._precision
-        steep = np.stack([test.loop.information for test in self.tests])
-        steep -= np.matmul(precision, self._points[..., None])[..., 0]
-        pull = steep - 0.5 * np.matmul(precision, off[..., None])[..., 0]
-        return np.asarray(np.sum((off * pull)[:, bent], axis=(1, 2)))
+        pull = self._steep - 0.5 * np.matmul(self._precision, off[..., None])[..., 0]
+        return np.asarray(np.sum((off * pull)[:, self._bent], axis=(1, 2)))
 
     @cached_property
     def _points(self) -> FloatArray:
@@ -221,6 +218,12 @@ class GaussianStep:
     @cached_property
     def _precision(self) -> FloatArray:
         return np.stack([test.loop.precision for test in self.tests])
+
+    @cached_property
+    def _steep(self) -> FloatArray:
+        """(tests, n) slopes of the linearised loops at their points."""
+        information = np.stack([test.loop.information for test in self.tests])
+        return np.asarray(information - np.matmul(self._precision, self._points[..., None])[..., 0])
 
     @cached_property
     def _bent(self) -> NDArray[np.bool_]:

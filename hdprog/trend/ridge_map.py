@@ -39,21 +39,6 @@ class RidgeMap:
     alpha: float
     softplus_scale: float
 
-    def onto_ridge(self, tangent: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Wear coordinates of draws on the tangent.
-
-        Parameters
-        ----------
-        tangent : (draws, n)
-
-        Returns
-        -------
-        (draws, n) and (draws,) log |det| of their derivative, up to a constant; −inf, and the draw
-        itself, where no parameters lie on the ridge there
-        """
-        found, log_slope = onto_ridges((self,), tangent[:, None])
-        return found[:, 0], log_slope[:, 0]
-
     def with_cup(self, log_stiffness: float) -> FloatArray:
         """The point's like (n,) on its ridge with another log K_F, K_F in Nm/rad.
 
@@ -86,13 +71,19 @@ class RidgeMap:
 
 
 def onto_ridges(maps: Sequence[RidgeMap], tangents: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Put draws of several loops (draws, loops, n) onto a ridge each; see `RidgeMap.onto_ridge`.
+    """Wear coordinates of draws on the tangents of several loops' ridges.
 
     Loops without a ridge, whose teeth are all met at no torque at all, stay on their tangents.
 
+    Parameters
+    ----------
+    maps : of the loops; tooth angle and scale of T_T are those of all
+    tangents : (draws, loops, n)
+
     Returns
     -------
-    (draws, loops, n) and (draws, loops)
+    (draws, loops, n) and (draws, loops) log |det| of their derivative, up to a constant; −inf, and
+    the draw itself, where no parameters lie on the ridge there
     """
     points = np.stack([one.point[:_COUNT] for one in maps])
     centres, derivatives = (np.stack(parts) for parts in zip(*(m.ridge for m in maps), strict=True))

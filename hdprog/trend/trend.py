@@ -12,7 +12,7 @@ from hdprog.inference.priors import Prior
 from hdprog.physics.figures import Operation
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.results import TrendSummary
-from hdprog.trend.ahead import simulate_ahead, wear_out
+from hdprog.trend.ahead import simulate_ahead, within_reach, worn_ahead
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.given_measured import GivenMeasured
@@ -27,7 +27,6 @@ from hdprog.trend.wear_coordinates import StatePrior, to_loop
 from hdprog.trend.wear_prior import WearPrior
 
 _B = NAMES.index("b")
-_FARTHEST = 15.0  # prior spreads of a coordinate from its prior mean: figures stay finite
 
 
 @dataclass(frozen=True)
@@ -135,15 +134,12 @@ class Trend:
         states, carried = self.given(values).draw_behind(
             met.measured, steps.upto(behind), which[:behind], rng
         )
-        centre, farthest = steps.initial_mean, _FARTHEST * np.sqrt(steps.initial_variance)
-        states = np.clip(states, centre - farthest, centre + farthest)
+        states = within_reach(steps, states)
         now = at_reference(steps, states[:, -1], carried, behind - 1)
         ahead = simulate_ahead(steps, rng, (now, carried), behind, self.wear_prior.rate_ahead)
         present = now[:, _B]
         floor = self.wear_prior.floor(np.exp(present), rng.uniform(size=present.size))
-        # Before the clip: one parameter held at its bound would leave its share to all others.
-        ahead = wear_out(now, ahead, floor)
-        ahead = np.clip(ahead, centre - farthest, centre + farthest)
+        ahead = worn_ahead(steps, now, ahead, floor)
         return Paths(
             np.asarray(hours, dtype=float),
             np.concatenate([states, ahead], axis=1)[:, which < 0],

@@ -27,7 +27,7 @@ from hdprog.physics.drive_model import torsion_angle
 from hdprog.physics.figures import Operation
 from hdprog.physics.parameters import NAMES, FloatArray, in_support
 from hdprog.physics.torque_path import TorquePath
-from hdprog.trend.ahead import simulate_ahead, wear_out
+from hdprog.trend.ahead import simulate_ahead, worn_ahead
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
@@ -62,7 +62,6 @@ OPERATION = Operation(DRIVE.alpha, 63.0, 63.0)
 _STIFFNESS = (2_000.0, 200_000.0)  # Nm/rad, span of torque over span of angle
 _AREA = (0.003, 0.3)  # of a cycle, over the rectangle of its spans
 _GRID = 400
-_FARTHEST_STATE = 15.0  # prior spreads, as in forecasts
 _DRIVE, _FIT = range(2)  # streams of random numbers of one drive
 
 
@@ -151,10 +150,7 @@ def _attempt(rng: np.random.Generator) -> Drawn | None:
         return None
     ahead = simulate_ahead(steps, rng, (states[-1:], carried[None]), TESTS, wear.rate_ahead)[0]
     floor = wear.floor(np.exp(states[-1:, NAMES.index("b")]), rng.uniform(size=1))
-    ahead = wear_out(states[-1:], ahead[None], floor)[0]
-    farthest = _FARTHEST_STATE * np.sqrt(steps.initial_variance)
-    ahead = np.clip(ahead, steps.initial_mean - farthest, steps.initial_mean + farthest)
-    paths = to_loop(ahead)
+    paths = to_loop(worn_ahead(steps, states[-1:], ahead[None], floor)[0])
     crossings, past = zip(*(_crossing(limit, paths, grid) for limit in LIMITS), strict=True)
     return Drawn(
         loops,
