@@ -16,6 +16,7 @@ from hdprog.results import Forecast, LoadScenario, TrendSummary
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.fleet import FleetPrior, Said
 from hdprog.trend.followed_effects import FollowedEffects
+from hdprog.trend.joint_refit import BESIDE, Effort
 from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.steady_pace import SteadySaid, Told, pooled_fleet
 from hdprog.trend.trend import Trend
@@ -88,7 +89,9 @@ def forecasts_beside(
 
     Parameters as in `outlook`.
     """
-    trend = _trend(folder, posteriors, (), wear_prior, others, seeds[0], quick=True)
+    trend = _trend(
+        folder, posteriors, (), wear_prior, others, seeds[0], quick=True, joint_effort=BESIDE
+    )
     rng = np.random.default_rng(seeds[1])
     return forecast(trend, folder.drive, posteriors[0].operation, rng)
 
@@ -101,6 +104,7 @@ def _trend(
     others: FinishedRuns | None,
     seed: np.random.SeedSequence,
     quick: bool,
+    joint_effort: Effort | None = None,
 ) -> Trend:
     followed = None
     if lasting:
@@ -126,6 +130,7 @@ def _trend(
         quick=quick,
         alpha=folder.drive.alpha,
         followed=followed,
+        joint_effort=joint_effort,
     )
 
 

@@ -42,16 +42,19 @@ _TOGETHER = 96
 
 @dataclass(frozen=True)
 class HeldEffects:
-    """Effects held at their best values while what they may vary by is part of the noise.
+    """Effects held at their best values while what they may vary by is integrated out.
 
     Attributes
     ----------
     coordinates : (k,) best values
     shift : (blocks,) what the prior's centre adds to the angle, to first order, in rad
+    features : (blocks, k) what they vary by, over the noise scale, in rad: its coefficients are
+        standard Gaussian
     """
 
     coordinates: FloatArray
     shift: FloatArray
+    features: FloatArray
 
 
 @dataclass(frozen=True)
@@ -159,15 +162,34 @@ class LoopLikelihood:
         density = density - logit - 2 * np.logaddexp(0.0, -logit)
         return np.asarray(density - 0.5 * np.einsum("ij,ij->i", effects, effects))
 
+    def whiten(self, angles: FloatArray) -> FloatArray:
+        """Angles (draws, blocks) in rad → independent with variance s², held effects included."""
+        white = self.noise.whiten(angles)
+        if self.held is not None:
+            directions, share = self._held_directions
+            white -= (white @ directions * share) @ directions.T
+        return white
+
+    @cached_property
+    def _held_directions(self) -> tuple[FloatArray, FloatArray]:
+        """(blocks, k) where held effects add noise to white noise, and by what to shorten it there.
+
+        I + G Gᵀ = U (1 + S²) Uᵀ in the space of G = U S Vᵀ, and its inverse square root whitens.
+        """
+        assert self.held is not None
+        features = self.noise.whiten(self.held.features.T).T
+        directions, strength, _ = np.linalg.svd(features, full_matrices=False)
+        return directions, 1 - 1 / np.hypot(1, strength)
+
     @cached_property
     def _whitened_offset(self) -> FloatArray:
         """(blocks,) unit vector of the offset in the whitened space."""
-        ones = self.noise.whiten(np.ones((1, self.blocks)))[0]
+        ones = self.whiten(np.ones((1, self.blocks)))[0]
         return np.asarray(ones / np.linalg.norm(ones))
 
     def project(self, angles: FloatArray) -> FloatArray:
         """Whiten angles (draws, blocks) and take the offset's direction out of them."""
-        whitened = self.noise.whiten(angles)
+        whitened = self.whiten(angles)
         offset = self._whitened_offset
         whitened -= np.outer(whitened @ offset, offset)
         return whitened
@@ -182,14 +204,14 @@ class LoopLikelihood:
 
     def log_likelihood(self, points: FloatArray) -> FloatArray:
         """(draws,) log L with offset and noise scale integrated out, up to a constant."""
-        left = self.noise.whiten(self.angle(points))
+        left = self.whiten(self.angle(points))
         np.subtract(self._data, left, out=left)
         squares = np.einsum("ij,ij->i", left, left) - (left @ self._whitened_offset) ** 2
         return np.asarray(-0.5 * self.degrees * np.log(squares))
 
     def offset(self, missing: FloatArray) -> float:
         """Best angle offset in rad, given what the model leaves (blocks,)."""
-        whitened = self.noise.whiten(np.stack([missing, np.ones_like(missing)]))
+        whitened = self.whiten(np.stack([missing, np.ones_like(missing)]))
         return float(whitened[0] @ whitened[1] / (whitened[1] @ whitened[1]))
 
     def nuisances(
@@ -207,12 +229,12 @@ class LoopLikelihood:
         # Few points at a time: their angles stay in the processor's cache.
         for start in range(0, len(points), _TOGETHER):
             part = slice(start, start + _TOGETHER)
-            left = self.noise.whiten(self.reduced.angle - self.angle(points[part]))
+            left = self.whiten(self.reduced.angle - self.angle(points[part]))
             along[part] = left @ self._whitened_offset
             left -= np.outer(along[part], self._whitened_offset)
             squares[part] = np.einsum("ij,ij->i", left, left)
         scale = np.sqrt(squares / rng.chisquare(self.degrees, squares.size))
-        length = np.linalg.norm(self.noise.whiten(np.ones((1, self.blocks))))
+        length = np.linalg.norm(self.whiten(np.ones((1, self.blocks))))
         offset = (along + scale * rng.standard_normal(scale.size)) / length
         return offset, scale
 

@@ -52,11 +52,7 @@ class LinearisedEffects:
         derivative = (angles[: best.size] - angles[best.size :]).T / 2e-4
         scale = float(np.sqrt(start.variance))
         features = derivative / scale
-        sampled = replace(
-            exact,
-            held=HeldEffects(best, -derivative @ best),
-            noise=exact.noise.with_features(features),
-        )
+        sampled = replace(exact, held=HeldEffects(best, -derivative @ best, features))
         return LinearisedEffects(exact, sampled, features, scale)
 
     def complete(
@@ -69,11 +65,10 @@ class LinearisedEffects:
         points, offset, scale : (draws, 9), (draws,) in rad, (draws,)
         rng : source of randomness
         """
-        reduced, noise = self.sampled.reduced, self.sampled.noise
-        left = reduced.angle - self.sampled.angle(points) - offset[:, None]
-        assert noise.whitening is not None
-        pulled = noise.whitening.T @ self.features
-        mean = noise.whiten(left) @ pulled
+        sampled = self.sampled
+        left = sampled.reduced.angle - sampled.angle(points) - offset[:, None]
+        pulled = sampled.whiten(self.features.T).T
+        mean = sampled.whiten(left) @ pulled
         spread = np.eye(self.features.shape[1]) - pulled.T @ pulled
         values, vectors = np.linalg.eigh(0.5 * (spread + spread.T))
         factor = vectors * np.sqrt(np.maximum(values, 0.0))

@@ -79,17 +79,15 @@ class NoiseModel:
     def with_term(self, term: SmoothTerm, course: Course) -> NoiseModel:
         """The same noise plus an empirical smooth term, its coefficients integrated out."""
         features = term.features(course)
+        covariance = self.covariance + features @ features.T
         return replace(
-            self.with_features(features),
+            self,
+            sd=np.sqrt(np.diag(covariance)),
+            whitening=_whitening(covariance),
             words=f"{self.words}, beside an empirical term over {term.coordinate}",
             term=term,
             features=features,
         )
-
-    def with_features(self, features: FloatArray) -> NoiseModel:
-        """The same noise plus columns (blocks, k) with standard Gaussian coefficients."""
-        covariance = self.covariance + features @ features.T
-        return replace(self, sd=np.sqrt(np.diag(covariance)), whitening=_whitening(covariance))
 
     @property
     def covariance(self) -> FloatArray:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.linalg.lapack import dpttrf, dpttrs
 from scipy.optimize import minimize
 from scipy.stats import chi2
 
@@ -37,7 +37,8 @@ class DecayingNoise:
     """
 
     variance: FloatArray
-    factor: FloatArray
+    pivots: FloatArray
+    ratios: FloatArray
     log_det: float
 
     @staticmethod
@@ -48,20 +49,20 @@ class DecayingNoise:
         """
         kept = np.exp(-steps)
         renewed = -np.expm1(-2 * steps) * correlated
-        banded = np.zeros((2, variance.size))
-        banded[1] = 1 / variance
-        banded[1, 0] += 1 / correlated
-        banded[1, 1:] += 1 / renewed
-        banded[1, :-1] += kept**2 / renewed
-        banded[0, 1:] = -kept / renewed
-        factor = cholesky_banded(banded)
-        log_det = 2 * np.log(factor[1]).sum() + np.log(renewed).sum() + np.log(correlated)
-        return DecayingNoise(variance, factor, float(log_det + np.log(variance).sum()))
+        diagonal = 1 / variance
+        diagonal[0] += 1 / correlated
+        diagonal[1:] += 1 / renewed
+        diagonal[:-1] += kept**2 / renewed
+        pivots, ratios, failed = dpttrf(diagonal, -kept / renewed)
+        if failed or not np.isfinite(pivots).all():
+            raise np.linalg.LinAlgError("covariance is not positive definite")
+        log_det = np.log(pivots).sum() + np.log(renewed).sum() + np.log(correlated)
+        return DecayingNoise(variance, pivots, ratios, float(log_det + np.log(variance).sum()))
 
     def solve(self, columns: FloatArray) -> FloatArray:
         """(D + K)⁻¹ times columns (blocks, k)."""
         scaled = columns / self.variance[:, None]
-        inner = cho_solve_banded((self.factor, False), scaled)
+        inner, _ = dpttrs(self.pivots, self.ratios, scaled)
         return np.asarray(scaled - inner / self.variance[:, None])
 
 
@@ -79,16 +80,16 @@ class _Restricted:
     variance: float
 
     @staticmethod
-    def of(
-        solved: FloatArray, log_det: float, residual: FloatArray, sensitivities: FloatArray
-    ) -> _Restricted:
-        """`solved` is the inverse covariance times residual and sensitivities, (blocks, 1 + k)."""
-        weighted, projected = solved[:, 0], sensitivities.T @ solved[:, 1:]
-        cross = sensitivities.T @ weighted
-        quadratic = float(residual @ weighted - cross @ np.linalg.solve(projected, cross))
-        degrees = residual.size - sensitivities.shape[1]
-        deviance = degrees * np.log(quadratic) + log_det + np.linalg.slogdet(projected)[1]
-        return _Restricted(float(deviance), quadratic / degrees)
+    def of(solved: FloatArray, log_det: float, columns: FloatArray) -> _Restricted:
+        """`solved` is the inverse covariance times columns: sensitivities, and last the residual.
+
+        Raises LinAlgError where these cannot be told apart.
+        """
+        # The last diagonal element is what of the residual the sensitivities do not explain.
+        *explained, left = np.diag(np.linalg.cholesky(columns.T @ solved))
+        degrees = len(columns) - len(explained)
+        deviance = 2 * degrees * np.log(left) + log_det + 2 * np.log(explained).sum()
+        return _Restricted(float(deviance), float(left**2 / degrees))
 
 
 _IMPOSSIBLE = _Restricted(np.inf, 0.0)
@@ -116,21 +117,21 @@ def fit_noise(
     steps = np.maximum(np.diff(position), 1e-9 * (position[-1] - position[0]))
     typical, extent = float(np.median(steps)), float(position[-1] - position[0])
     mean_variance = float(np.mean(sd**2))
-    columns = np.column_stack([residual, basis])
+    columns = np.column_stack([basis, residual])
 
     def seen(theta: FloatArray) -> _Restricted:
         try:
             noise = DecayingNoise.of(
                 sd**2, mean_variance * np.exp(theta[0]), steps / np.exp(theta[1])
             )
+            return _Restricted.of(noise.solve(columns), noise.log_det, columns)
         except np.linalg.LinAlgError:
             return _IMPOSSIBLE
-        return _Restricted.of(noise.solve(columns), noise.log_det, residual, basis)
 
     def deviance(theta: FloatArray) -> float:
         return seen(theta).deviance
 
-    white = _Restricted.of(columns / sd[:, None] ** 2, float(2 * np.log(sd).sum()), residual, basis)
+    white = _Restricted.of(columns / sd[:, None] ** 2, float(2 * np.log(sd).sum()), columns)
     bounds = [(np.log(1e-3), np.log(1e4)), (np.log(typical), np.log(extent))]
     starts = [(0.0, np.log(3 * typical)), (1.0, np.log(0.1 * extent))]
     best = min(starts, key=lambda start: deviance(np.array(start)))

@@ -129,17 +129,18 @@ def slip_envelope(pushed: FloatArray, parameters: Parameters, alpha: float) -> F
     # mu * T_0 (eq. 16) is -mu * c times what is missing to T_i.
     missing = T_i - np.abs(pushed)
     np.maximum(missing, 0.0, out=missing)
-    compliance = 1 / (K_W * (k - mu * s))
-    drawn_back = pushed * ((s + mu * k) * compliance)
-    friction = missing * (-mu * c * compliance)
-    drawn_back -= friction
-    np.minimum(drawn_back, 0.0, out=drawn_back)
     compliance = 1 / (K_W * (k + mu * s))
     driven = pushed * ((s - mu * k) * compliance)
-    driven -= np.multiply(missing, -mu * c * compliance, out=friction)
+    missing *= -mu * c * compliance
+    driven -= missing
     np.maximum(driven, 0.0, out=driven)
-    drawn_back += driven
-    return drawn_back
+    compliance = 1 / (K_W * (k - mu * s))
+    drawn_back = pushed * ((s + mu * k) * compliance)
+    missing *= (k + mu * s) / (k - mu * s)
+    drawn_back -= missing
+    # What draws back is at least what drives wherever it is not negative, and there alone the
+    # slip is driven.
+    return np.minimum(drawn_back, driven, out=drawn_back)
 
 
 def slip(

@@ -23,6 +23,7 @@ from hdprog.trend.hyperparameters import (
 )
 from hdprog.trend.joint_refit import FULL as JOINT_FULL
 from hdprog.trend.joint_refit import QUICK as JOINT_QUICK
+from hdprog.trend.joint_refit import Effort as JointEffort
 from hdprog.trend.joint_refit import Met, met_by_tests
 from hdprog.trend.joint_start import best_start
 from hdprog.trend.relinearise import JointMode, JointPrior, joint_mode, moved
@@ -45,6 +46,7 @@ def fit_trend(
     quick: bool = False,
     alpha: float = DEFAULT_ALPHA,
     followed: FollowedEffects | None = None,
+    joint_effort: JointEffort | None = None,
 ) -> Trend:
     """Fit the trend to a drive's tests.
 
@@ -57,6 +59,7 @@ def fit_trend(
     quick : fewer draws
     alpha : gear-tooth angle in rad
     followed : effects whose amplitudes the evidence has as part of the state
+    joint_effort : of sampling all loops and the trend together; what `quick` says if None
 
     Raises
     ------
@@ -107,7 +110,7 @@ def fit_trend(
     step = GaussianStep.of(
         tests, found, timeline, state_prior, wear_prior, alpha, prior.softplus_scale
     )
-    met = met_by_tests(step, draws, rng, JOINT_QUICK if quick else JOINT_FULL)
+    met = met_by_tests(step, draws, rng, joint_effort or (JOINT_QUICK if quick else JOINT_FULL))
     said = _warnings(tests, final, draws, met, distance, wear_prior)
     return Trend(tests, prior, wear_prior, clock, final, draws, met, said, followed)
 

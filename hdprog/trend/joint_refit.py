@@ -22,7 +22,7 @@ HIGHEST_K = 0.5
 """Pareto k above which the weights have no variance. Up to 0.7 a mean may still be estimated, but
 at 0.6 draws of these many dimensions were a third of a spread away from the posterior."""
 _WEIGHTED = 4000
-_GROUPS, _CHAINS = 4, 24  # chains are independent; R-hat is taken across groups of them
+_GROUPS = 4  # of chains; these are independent, and R-hat is taken across the groups
 _EVERY = 2  # sweeps between kept ones
 RHAT_LIMIT = 1.1
 """On a hundred effective draws R-hat itself scatters by some hundredths."""
@@ -33,17 +33,21 @@ _FEWEST_EFFECTIVE = 400.0  # weighted draws
 class Effort:
     """How long to sample: sweeps at first, the bound of sweeps, the ESS that ends them.
 
-    They grow by half of the first ones. Draws at the bound are trusted with `least` effective ones.
+    They grow by a quarter of the first ones. Draws at the bound are trusted with `least` effective
+    ones. There are four groups of `chains`.
     """
 
     sweeps: int
     largest_sweeps: int
     ess: float
     least: float
+    chains: int = 24
 
 
 FULL = Effort(50, 100, 75.0, 60.0)
 QUICK = Effort(40, 80, 75.0, 50.0)
+BESIDE = Effort(40, 60, 40.0, 30.0, chains=12)
+"""For a forecast that another one is compared with."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +111,7 @@ def met_by_tests(
         chosen = rng.choice(_WEIGHTED, _WEIGHTED, p=smoothed)
         return Met(deviates[chosen], met[chosen], pareto_k, worth=effective)
     # Draws by the Gaussian step as they are: wider than the posterior, and no two the same.
-    start = np.resize(np.flatnonzero(np.isfinite(log_weight)), _GROUPS * _CHAINS)
+    start = np.resize(np.flatnonzero(np.isfinite(log_weight)), _GROUPS * effort.chains)
     chains = Chains(step, draws, deviates[start], tangents.rows(start), rng)
     return _sampled(chains, pareto_k, effort)
 
@@ -137,13 +141,13 @@ def _sampled(chains: Chains, pareto_k: float, effort: Effort) -> Met:
         enough = found.converged and (found.ess or 0.0) >= effort.ess
         if enough or sweeps >= effort.largest_sweeps:
             return found
-        sweeps = min(sweeps + effort.sweeps // 2, effort.largest_sweeps)
+        sweeps = min(sweeps + effort.sweeps // 4, effort.largest_sweeps)
 
 
 def _diagnosed(deviates: FloatArray, measured: FloatArray, pareto_k: float, effort: Effort) -> Met:
     """Put together (kept, chains, …), judged by hyperparameters and by what the last test met."""
     both = np.concatenate([deviates, measured[:, :, -1]], axis=-1)
-    folded = both.reshape(len(both), _GROUPS, _CHAINS, -1).swapaxes(0, 1)
+    folded = both.reshape(len(both), _GROUPS, effort.chains, -1).swapaxes(0, 1)
     found = diagnose(folded)
     rhat = float(found.rhat.max())
     effective = np.minimum(found.ess_bulk, found.ess_tail)

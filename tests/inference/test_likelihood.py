@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,10 +13,11 @@ from hdprog.data.loop import Loop
 from hdprog.data.reduce import reduce_loop
 from hdprog.data.turning_points import turning_points
 from hdprog.inference.information import information_form
-from hdprog.inference.likelihood import LoopLikelihood
+from hdprog.inference.likelihood import HeldEffects, LoopLikelihood
 from hdprog.inference.noise import NoiseModel
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.physics.drive_model import predict
+from hdprog.physics.effects import BY_ID
 from tests.physics.table2 import POST_TEST
 
 ALPHA = math.radians(30)
@@ -69,6 +71,30 @@ def test_offset_does_not_matter_and_is_found() -> None:
     # 400 draws: 5 standard errors of their means.
     assert offset.mean() == pytest.approx(0.02, abs=5e-6)
     assert scale.mean() == pytest.approx(1.0, abs=0.25)
+
+
+@pytest.mark.parametrize("memory", [0.0, 6.0])
+def test_effects_integrated_out_are_a_covariance(memory: float) -> None:
+    """The likelihood with held effects against the Gaussian with their covariance written out."""
+    rng = np.random.default_rng(4)
+    plain = likelihood(1e-5)
+    noise = plain.noise
+    if memory:
+        noise = NoiseModel.decaying(noise.sd, 0.5, memory, np.arange(float(plain.blocks)))
+    exact = replace(plain, noise=noise, effects=(BY_ID["cup_hardening"], BY_ID["angle_ripple"]))
+    size = exact.effect_set.size
+    features = 3e-5 * rng.standard_normal((plain.blocks, size))
+    held = HeldEffects(0.1 * rng.standard_normal(size), np.zeros(plain.blocks), features)
+    found = replace(exact, held=held)
+    covariance = noise.covariance + features @ features.T
+    points = at(TRUTH + 0.01 * rng.standard_normal((5, 8)))
+    left = found.reduced.angle - found.angle(points)
+    inverse = np.linalg.inv(covariance)
+    pull = inverse.sum(axis=0)
+    squares = np.einsum("di,ij,dj->d", left, inverse, left) - (left @ pull) ** 2 / pull.sum()
+    wanted = -0.5 * (found.blocks - 1) * np.log(squares)
+    np.testing.assert_allclose(found.log_likelihood(points), wanted, rtol=1e-9)
+    assert found.offset(left[0]) == pytest.approx(left[0] @ pull / pull.sum(), rel=1e-9)
 
 
 def test_information_form_is_the_likelihood_near_its_point() -> None:

@@ -15,7 +15,7 @@ from hdprog.physics.course import Course
 from hdprog.physics.drive_model import predict, torsion_angle
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.model import EffectSet
-from hdprog.physics.first_order import follow
+from hdprog.physics.first_order import follow, follow_two, resolved
 from hdprog.physics.lag_elements import exponential_lag, jenkins
 from hdprog.physics.parameters import FloatArray, Parameters
 from hdprog.physics.torque_path import TorquePath
@@ -382,6 +382,19 @@ def test_follower_against_an_integrator(constant: float) -> None:
         solved = solve_ivp(slope, (time[low], time[high]), [exact[-1]], rtol=1e-9, atol=1e-11)
         exact.append(float(solved.y[0, -1]))
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("constant", [0.01, 0.8, 4.0, 30.0, 500.0])
+def test_two_followers_at_once_are_each_of_them(constant: float) -> None:
+    rng = np.random.default_rng(8)
+    time = np.concatenate([[0.0], np.cumsum(rng.uniform(0.2, 3.0, 60))])
+    course = course_of(np.linspace(0, 50, 61), time)
+    driven = np.cumsum(rng.standard_normal((2, 61)), axis=1)
+    quick = resolved(course, np.array([[constant], [3.0]]))
+    mean, fading = follow_two(course, driven, quick, 3)
+    wanted = 0.5 * (follow(course, driven, quick) + follow(course, driven, 8 * quick))
+    np.testing.assert_allclose(mean, wanted, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(fading, np.exp(-time / (8 * quick)), rtol=1e-12)
 
 
 def test_a_follower_quicker_than_it_can_be_told_stays_finite() -> None:

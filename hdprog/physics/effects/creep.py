@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from hdprog.physics.course import Course, Scales
 from hdprog.physics.effects.base import Effect, EffectParameter, Values, angle_amplitude
-from hdprog.physics.first_order import follow, resolved
+from hdprog.physics.first_order import follow_two
 from hdprog.physics.parameters import FloatArray
 
-_RATIO = 8.0  # slow over quick time constant
+_DOUBLINGS = 3  # of the quick time constant, to the slow one
 
 
 class Creep(Effect):
@@ -50,12 +48,8 @@ class Creep(Effect):
 
     def evaluate(self, course: Course, values: Values, angle: FloatArray) -> FloatArray:
         """See `Effect.evaluate`."""
-        quick, load = values["time_constant"], course.load[None, :]
-        shape = follow(course, load, quick)
-        shape += follow(course, load, _RATIO * quick)
-        shape *= 0.5
-        assert course.time is not None
-        fading = np.exp(course.time / -resolved(course, _RATIO * quick))
+        load = course.load[None, :]
+        shape, fading = follow_two(course, load, values["time_constant"], _DOUBLINGS)
         fading *= values["left_before"]
         shape += fading
         shape *= values["amplitude"]

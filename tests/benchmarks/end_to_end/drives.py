@@ -5,8 +5,8 @@ What a drive does up to its last test is drawn here from the equations of
 process, so that ranks test the inference and not the choice of a law of wear. The pace of wear is
 less spread than in the shipped prior, in the draw and in the fit alike: at its far ends a drive is
 worn out, or as new, at every test. Drives whose records no engineer would take for a
-gear's, by their stiffness or their area, are drawn anew: a choice by what is measured leaves ranks
-uniform.
+gear's, by their stiffness, their softest part or their area, are drawn anew: a choice by what is
+measured leaves ranks uniform.
 """
 
 from __future__ import annotations
@@ -60,6 +60,7 @@ DRIVE = replace(
 )
 OPERATION = Operation(DRIVE.alpha, 63.0, 63.0)
 _STIFFNESS = (2_000.0, 200_000.0)  # Nm/rad, span of torque over span of angle
+_SOFTEST = 5.0  # times the compliance of a branch that a twentieth of it may have
 _AREA = (0.003, 0.3)  # of a cycle, over the rectangle of its spans
 _GRID = 400
 _DRIVE, _FIT = range(2)  # streams of random numbers of one drive
@@ -207,15 +208,20 @@ def _loop(prior: Prior, coordinates: FloatArray, rng: np.random.Generator) -> Lo
 
 
 def _like_a_gear(loop: Loop) -> bool:
-    """Whether a record's spans and area are those of a strain wave gear, by any judgement."""
+    """Whether a record is that of a strain wave gear, by any judgement."""
     if not np.isfinite(loop.angle).all():
         return False
     torque, angle = np.ptp(loop.torque), np.ptp(loop.angle)
     bottom = int(np.argmin(loop.torque))
     top = int(np.argmax(loop.torque[:bottom]))
     falling, rising = slice(top, bottom + 1), slice(bottom, None)
-    at = np.linspace(-0.9, 0.9, 50) * torque / 2
+    at = np.linspace(-0.95, 0.95, 39) * torque / 2
     down = np.interp(at, loop.torque[falling][::-1], loop.angle[falling][::-1])
     up = np.interp(at, loop.torque[rising], loop.angle[rising])
     area = float(np.mean(down - up) / angle)
-    return bool(_STIFFNESS[0] < torque / angle < _STIFFNESS[1] and _AREA[0] < area < _AREA[1])
+    softest = np.max(np.diff([down, up])) / (at[1] - at[0]) * torque / angle
+    return bool(
+        _STIFFNESS[0] < torque / angle < _STIFFNESS[1]
+        and _AREA[0] < area < _AREA[1]
+        and softest < _SOFTEST
+    )

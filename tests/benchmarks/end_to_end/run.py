@@ -124,12 +124,17 @@ def _ranks(
         for at, when in enumerate(("now", "half-way", "at the horizon")):
             name = f"{limit.key} {when}"
             draws[name], truth[name] = values[:, at], float(right[at])
-    ranks = {name: int((draws[name] < truth[name]).sum()) for name in draws}
+    ranks = {name: _rank(truth[name], values, rng) for name, values in draws.items()}
     narrow = {}
     for name, values in draws.items():
         middle = np.median(values)
-        narrow[name] = int((middle + NARROW * (values - middle) < truth[name]).sum())
+        narrow[name] = _rank(truth[name], middle + NARROW * (values - middle), rng)
     return ranks, narrow
+
+
+def _rank(truth: float, draws: FloatArray, rng: np.random.Generator) -> int:
+    """How many draws lie below; among those equal to it, at bounds of states, by lot."""
+    return int((draws < truth).sum() + rng.integers((draws == truth).sum() + 1))
 
 
 def _crossing_places(
