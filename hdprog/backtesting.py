@@ -20,10 +20,10 @@ from hdprog.forecast.backtest import score_origin
 from hdprog.forecast.backtest_pool import BacktestResult, DriveScores
 from hdprog.forecast.crossing import require_horizon_ahead
 from hdprog.forecast.what_came import seen_test
-from hdprog.inference.fit_loop import FULL, QUICK, SamplingPlan
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import Prior, RecordScales
+from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
 from hdprog.parallel import hold_blas_to_one_thread, process_executor, spread_over
 from hdprog.results import Provenance
 from hdprog.tests_of_drive import fit_tests

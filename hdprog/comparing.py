@@ -16,8 +16,8 @@ from hdprog.comparison.ranking import ranked
 from hdprog.comparison.results import DRIVE, ComparedModel, Comparison, LeftOut
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
-from hdprog.inference.fit_loop import FULL, QUICK
 from hdprog.inference.prepare import prepare
+from hdprog.inference.until_converged import FULL, QUICK
 from hdprog.outcome import write_beside_report
 from hdprog.parallel import hold_blas_to_one_thread, process_executor, spread_over
 from hdprog.physics.other_models import MODELS

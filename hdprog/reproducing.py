@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hdprog.inference.fit_loop import FULL, QUICK
+from hdprog.inference.until_converged import FULL, QUICK
 from hdprog.outcome import write_beside_report
 from hdprog.parallel import hold_blas_to_one_thread, process_executor, spread_over
 from hdprog.physics.figures import ARCMIN_PER_RAD

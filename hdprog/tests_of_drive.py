@@ -14,11 +14,12 @@ from hdprog.data.drive_folder import DriveFolder, DriveTest
 from hdprog.data.loop import Loop
 from hdprog.discovery.explain import Closed, explain, sample_base, sample_final
 from hdprog.discovery.search import Traced, trace
-from hdprog.inference.fit_loop import SamplingPlan, fit_loop
+from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare
 from hdprog.inference.priors import Prior
 from hdprog.inference.summarise import figure_requests, summarise
+from hdprog.inference.until_converged import SamplingPlan
 from hdprog.parallel import spread_over
 from hdprog.results import TestResult
 

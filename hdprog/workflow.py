@@ -19,12 +19,13 @@ from hdprog.discovery.explain import explain as explain_loop
 from hdprog.discovery.explain import sample_base, sample_final
 from hdprog.discovery.search import trace
 from hdprog.errors import UsageError
-from hdprog.inference.fit_loop import FULL, QUICK, fit_loop
+from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.five_points import identify_record
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import RecordScales
 from hdprog.inference.summarise import figure_requests, summarise
+from hdprog.inference.until_converged import FULL, QUICK
 from hdprog.outcome import ExplainOutcome, Outcome
 from hdprog.parallel import begin, hold_blas_to_one_thread, process_executor, spread_over
 from hdprog.physics.effects import BY_ID

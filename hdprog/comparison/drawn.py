@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from hdprog.inference.diagnostics import Diagnostics
-from hdprog.inference.fit_loop import SamplingPlan, sample_posterior
+from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.fit_other import fit_other
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.prepare import Prepared, settle_noise
 from hdprog.inference.sampler import ENSEMBLES, WALKERS
 from hdprog.inference.starting_points import StartingPoint
+from hdprog.inference.until_converged import SamplingPlan
 from hdprog.physics.other_models import BY_ID
 from hdprog.physics.parameters import FloatArray
 

@@ -18,13 +18,13 @@ from hdprog.discovery.errors_of_fit import error_figures
 from hdprog.discovery.heldout import HeldOut, held_out
 from hdprog.discovery.model import Model
 from hdprog.explanation import ErrorFigures
-from hdprog.inference.fit_loop import SamplingPlan
 from hdprog.inference.lazy_arviz import arviz
 from hdprog.inference.likelihood import COUNT
 from hdprog.inference.other_likelihood import OtherLikelihood
 from hdprog.inference.other_starts import refit
 from hdprog.inference.prepare import Prepared
 from hdprog.inference.summarise import by_level
+from hdprog.inference.until_converged import SamplingPlan
 from hdprog.physics.drive_model import torsion_angle
 from hdprog.physics.figures import stiffness_curve
 from hdprog.physics.other_models import BY_ID

@@ -24,10 +24,11 @@ from hdprog.explanation import (
     ResidualCourse,
     Verdict,
 )
-from hdprog.inference.fit_loop import FULL, QUICK, SamplingPlan, sample_posterior
+from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared
 from hdprog.inference.summarise import by_level, figure_requests
+from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
 from hdprog.physics.coordinates import coordinates
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.base import Effect

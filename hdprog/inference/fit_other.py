@@ -9,7 +9,6 @@ import numpy as np
 from hdprog.inference.block_detail import bend
 from hdprog.inference.diagnostics import Diagnostics, diagnose
 from hdprog.inference.effective_blocks import effective_degrees
-from hdprog.inference.fit_loop import SamplingPlan, sample_until_converged
 from hdprog.inference.noise import NoiseModel
 from hdprog.inference.other_likelihood import OtherLikelihood, PlainPosterior
 from hdprog.inference.other_starts import least_squares, other_starts
@@ -17,6 +16,7 @@ from hdprog.inference.prepare import Prepared, noise_about
 from hdprog.inference.sampler import ENSEMBLES, WALKERS, initial_states
 from hdprog.inference.starting_points import StartingPoint, describe
 from hdprog.inference.truncated_gaussian import sample_weights
+from hdprog.inference.until_converged import SamplingPlan, sample_until_converged
 from hdprog.physics.other_models.base import OtherModel, Setting
 from hdprog.physics.other_models.nonnegative import HISTORIES, NonnegativeModel
 from hdprog.physics.parameters import FloatArray

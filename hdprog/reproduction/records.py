@@ -9,12 +9,13 @@ import numpy as np
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.data.synthetic import measured_loop, torque_history
-from hdprog.inference.fit_loop import SamplingPlan, fit_loop
+from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.noise import NoiseModel
 from hdprog.inference.other_likelihood import OtherLikelihood
 from hdprog.inference.other_starts import other_starts
 from hdprog.inference.prepare import Prepared, prepare
 from hdprog.inference.summarise import by_level, figure_requests, parameter_summaries
+from hdprog.inference.until_converged import SamplingPlan
 from hdprog.physics.course import Course
 from hdprog.physics.figures import ARCMIN_PER_RAD, figures
 from hdprog.physics.other_models import BY_ID

@@ -39,11 +39,12 @@ class Nuisances:
     def fitted(departure: FloatArray, met: FloatArray) -> Nuisances:
         """From draws of nuisances (draws, k) and of x − x* (draws, n): regression, shrunk."""
         off = departure - departure.mean(axis=0)
-        scaled = off / np.maximum(off.std(axis=0), np.finfo(float).tiny)
+        spread = np.maximum(off.std(axis=0), np.finfo(float).tiny)
+        scaled = off / spread
         mean, count = met.mean(axis=0), len(met)
         ridge = scaled.T @ scaled + _SHRINKAGE * count * np.eye(off.shape[1])
         effect = np.linalg.solve(ridge, scaled.T @ (met - mean))
-        slope = (effect / np.maximum(off.std(axis=0), np.finfo(float).tiny)[:, None]).T
+        slope = (effect / spread[:, None]).T
         left = met - mean - off @ slope.T
         covariance = left.T @ left / count
         covariance *= 1.0 - _SHRINKAGE * (1.0 - np.eye(met.shape[1]))

@@ -31,7 +31,7 @@ from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.data.reduce import reduce_loop, whole_course
 from hdprog.data.turning_points import turning_points
-from hdprog.inference.fit_loop import QUICK, fit_loop
+from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.lazy_arviz import arviz
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.measured_noise import local_slope, reading_noise, reading_sd
@@ -41,6 +41,7 @@ from hdprog.inference.prepare import settle_noise
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.starting_points import describe
 from hdprog.inference.summarise import figure_requests
+from hdprog.inference.until_converged import QUICK
 from hdprog.parallel import hold_blas_to_one_thread
 from hdprog.physics.figures import figures
 from hdprog.physics.parameters import NAMES, FloatArray

@@ -22,9 +22,9 @@ import numpy as np
 
 from hdprog.atomic import atomic_write_text
 from hdprog.data.drive_folder import read_drive_folder, read_test_loop
-from hdprog.inference.fit_loop import FULL
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import RecordScales
+from hdprog.inference.until_converged import FULL
 from hdprog.parallel import cores, hold_blas_to_one_thread, process_executor
 from hdprog.tests_of_drive import FittedTest, fit_tests
 

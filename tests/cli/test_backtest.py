@@ -15,7 +15,7 @@ from hdprog.backtesting import backtest
 from hdprog.config import read_drive
 from hdprog.data.truth_file import read_truth
 from hdprog.errors import BadInputError
-from hdprog.inference.fit_loop import QUICK
+from hdprog.inference.until_converged import QUICK
 from hdprog.shipped import shipped
 from tests.cli.conftest import Invoke
 from tests.drive_folders import subset_of

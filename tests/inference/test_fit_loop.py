@@ -13,10 +13,11 @@ from scipy import stats
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.data.readers import read_loop
-from hdprog.inference.fit_loop import FULL, QUICK, SamplingPlan, fit_loop
+from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.summarise import figure_requests, summarise
+from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
 from hdprog.physics.drive_model import predict
 from hdprog.physics.parameters import NAMES
 from tests.independent.loops import KINDS, random_loop

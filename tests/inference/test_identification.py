@@ -9,7 +9,7 @@ import pytest
 
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
-from hdprog.inference.fit_loop import QUICK, fit_loop
+from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.identification import (
     combined_stiffness,
     identification,
@@ -19,6 +19,7 @@ from hdprog.inference.identification import (
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.summarise import figure_requests, summarise
+from hdprog.inference.until_converged import QUICK
 from hdprog.physics.drive_model import predict
 from hdprog.physics.parameters import NAMES
 from hdprog.reporting.weak_words import weak_words

@@ -140,7 +140,8 @@ def test_a_planted_conflict_is_named_and_a_sound_prior_is_not(planted: bool) -> 
     The sound prior is centred on the truth: |z| > 2.73 in any of eight has a chance below 5 %, and
     the seed is fixed.
     """
-    from hdprog.inference.fit_loop import QUICK, fit_loop
+    from hdprog.inference.fit_loop import fit_loop
+    from hdprog.inference.until_converged import QUICK
 
     index, sd = NAMES.index("T_i"), 0.08
     mean, deviation = PRIOR.mean.copy(), PRIOR.sd.copy()

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from hdprog.config import Drive
-from hdprog.inference.fit_loop import QUICK, fit_loop
+from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.likelihood import COUNT
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.summarise import figure_requests, summarise
 from hdprog.inference.tooth_angle import OTHER_ALPHA, assumed, first_order_shift
+from hdprog.inference.until_converged import QUICK
 from hdprog.physics.drive_model import predict
 from hdprog.physics.parameters import NAMES
 from hdprog.results import TestResult

@@ -16,7 +16,7 @@ import xarray
 import hdprog
 from hdprog import workflow
 from hdprog.errors import BadInputError, UsageError
-from hdprog.inference.fit_loop import QUICK
+from hdprog.inference.until_converged import QUICK
 from hdprog.physics.parameters import BY_NAME, NAMES
 from hdprog.shipped import shipped
 from hdprog.workflow import Outcome

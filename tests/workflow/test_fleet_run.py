@@ -12,7 +12,7 @@ import pytest
 from hdprog import fleet_run, workflow
 from hdprog.errors import BadInputError, UsageError
 from hdprog.fleet_run import Fleet, run_fleet
-from hdprog.inference.fit_loop import QUICK
+from hdprog.inference.until_converged import QUICK
 from tests.reporting.page import Page
 from tests.workflow.test_run import edit, subset
 

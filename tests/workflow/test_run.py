@@ -16,7 +16,7 @@ import pytest
 import hdprog
 from hdprog import workflow
 from hdprog.errors import BadInputError, UsageError
-from hdprog.inference.fit_loop import QUICK
+from hdprog.inference.until_converged import QUICK
 from hdprog.shipped import shipped
 from hdprog.workflow import Outcome
 from tests.drive_folders import subset_of

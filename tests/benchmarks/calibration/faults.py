@@ -20,12 +20,13 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from hdprog.inference.fit_loop import SamplingPlan, sample_posterior
+from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, settle_noise
 from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
 from hdprog.inference.starting_points import starting_points
+from hdprog.inference.until_converged import SamplingPlan
 from hdprog.physics.parameters import NAMES, FloatArray
 from tests.benchmarks.calibration.ranks import LOG_LIKELIHOOD, Located
 

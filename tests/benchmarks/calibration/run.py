@@ -27,9 +27,10 @@ from pathlib import Path
 import numpy as np
 
 from hdprog.atomic import atomic_write_text
-from hdprog.inference.fit_loop import QUICK, sample_posterior
+from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import prepare, settle_noise
+from hdprog.inference.until_converged import QUICK
 from hdprog.parallel import hold_blas_to_one_thread
 from tests.benchmarks.calibration import Outcome, read_outcomes
 from tests.benchmarks.calibration.faults import (

@@ -28,7 +28,8 @@ from hdprog.atomic import atomic_write_text
 from hdprog.forecast.crossing import forecast
 from hdprog.forecast.limits import request_of
 from hdprog.forecast.scores import probability_integral_transform
-from hdprog.inference.fit_loop import QUICK, fit_loop
+from hdprog.inference.fit_loop import fit_loop
+from hdprog.inference.until_converged import QUICK
 from hdprog.parallel import hold_blas_to_one_thread
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.figure_paths import figure_paths

@@ -26,11 +26,12 @@ from typing import Any
 import numpy as np
 
 from hdprog.atomic import atomic_write_text
-from hdprog.inference.fit_loop import FULL, SamplingPlan, sample_posterior
+from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare, settle_noise
 from hdprog.inference.starting_points import StartingPoint, starting_points
+from hdprog.inference.until_converged import FULL, SamplingPlan
 from hdprog.parallel import hold_blas_to_one_thread
 from hdprog.physics.parameters import FloatArray
 from tests.benchmarks.calibration.loops import DRIVE, PRIOR

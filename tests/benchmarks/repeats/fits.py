@@ -13,13 +13,14 @@ from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.discovery.model import Model
 from hdprog.discovery.search import trace
-from hdprog.inference.fit_loop import QUICK, sample_posterior
+from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare, settle_noise
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import Prior, RecordScales
 from hdprog.inference.starting_points import StartingPoint, descend_all, describe
+from hdprog.inference.until_converged import QUICK
 from hdprog.physics.figures import FigureRequest, Operation, figures
 from hdprog.physics.parameters import NAMES, FloatArray, Parameters, in_support
 from tests.benchmarks.repeats import DRIVE, LEVELS, WHITE, WIDENED, Fit

@@ -7,8 +7,9 @@ from unittest.mock import patch
 
 import numpy as np
 
-from hdprog.inference import fit_loop
+from hdprog.inference import until_converged
 from hdprog.inference.diagnostics import Diagnostics, diagnose
+from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.physics.parameters import FloatArray
 from tests.benchmarks.samplers.measuring import Found, Watch, effective_draws
@@ -28,12 +29,12 @@ def hdprog(target: Target) -> Found:
         seen.append(chains)
         return diagnose(chains)
 
-    with patch.object(fit_loop, "diagnose", kept):
+    with patch.object(until_converged, "diagnose", kept):
         with watch("preparation"):
             again, rng = prepared_target(target.index)
         with watch("run"):
-            posterior = fit_loop.sample_posterior(
-                again.prepared, again.likelihood, again.starts, rng, plan=fit_loop.FULL
+            posterior = sample_posterior(
+                again.prepared, again.likelihood, again.starts, rng, plan=until_converged.FULL
             )
     ensembles, steps, walkers, size = seen[-1].shape
     points = np.swapaxes(seen[-1], 1, 2).reshape(ensembles * walkers, steps, size)

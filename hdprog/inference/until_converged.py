@@ -1,0 +1,152 @@
+"""Sample a posterior until its diagnostics pass, and how long that may take."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hdprog.inference.diagnostics import LENGTHS, Diagnostics, autocorrelation_time, diagnose
+from hdprog.inference.mixture_proposal import GaussianMixture, fit_mixture
+from hdprog.inference.sampler import (
+    ENSEMBLES,
+    WALKERS,
+    EnsembleState,
+    RidgePosterior,
+    sample_ensembles,
+)
+from hdprog.inference.threshold_redraw import ThresholdRedraw
+from hdprog.physics.parameters import FloatArray
+
+Progress = Callable[[str, int, int], None]
+_SLOW = 9.0  # autocorrelation time in steps above which the proposal is fitted anew
+_HELPED = 0.8  # of the time before, which a proposal fitted anew must reach to be fitted again
+_MORE_SEEN = 4  # or chains so many times as long as those that it was fitted to
+_MIXTURE_DRAWS = 6000
+
+
+@dataclass(frozen=True)
+class SamplingPlan:
+    """How long to sample.
+
+    Attributes
+    ----------
+    required_ess : bulk and tail effective draws of every parameter
+    lengths : of the chains, in autocorrelation times
+    warm_up_steps : lengths of the warm-up's parts; behind each the proposal is fitted anew
+    temperatures : of the likelihood in each of them, the last for the last: walkers begin wide, so
+        that shelves and modes beside the main one are seen and proposed
+    components : Gaussians of the proposal behind each part
+    first_steps : steps before the first look
+    most_steps : bound, warm-up included; past it the posterior is marked as not converged
+    refits : times that the proposal is fitted anew where sampling stays slow
+    stored_steps : steps kept for each walker after thinning
+    """
+
+    required_ess: float = 1000.0
+    lengths: float = LENGTHS
+    warm_up_steps: tuple[int, ...] = (100, 40, 80)
+    temperatures: tuple[float, ...] = (4.0, 2.0, 1.0)
+    components: tuple[int, ...] = (3, 6, 10)
+    first_steps: int = 200
+    most_steps: int = 10_000
+    refits: int = 6
+    stored_steps: int = 125
+
+
+FULL = SamplingPlan()
+QUICK = SamplingPlan(
+    required_ess=400.0, first_steps=150, most_steps=4000, refits=3, stored_steps=60
+)
+
+
+def sample_until_converged(
+    posterior: RidgePosterior,
+    states: list[EnsembleState],
+    plan: SamplingPlan,
+    rng: np.random.Generator,
+    executor: Executor | None,
+    progress: Progress | None,
+) -> tuple[FloatArray, Diagnostics, dict[str, float], bool]:
+    """Warm up, freeze the proposal, sample until all diagnostics pass or the bound is reached."""
+    spread = map if executor is None else executor.map
+    steps_done = 0
+
+    def advance(
+        steps: int, mixture: GaussianMixture | None, temperature: float = 1.0
+    ) -> tuple[FloatArray, float, list[EnsembleState]]:
+        nonlocal steps_done
+        many, density = len(states), replace(posterior, temperature=temperature)
+        same = ([one] * many for one in (steps, mixture, redraw))
+        results = list(spread(sample_ensembles, [density] * many, states, *same))
+        steps_done += steps
+        chains = np.concatenate([chains for chains, _, _ in results])
+        accepted = float(np.mean([share for _, share, _ in results]))
+        return chains, accepted, [state for _, _, state in results]
+
+    mixture: GaussianMixture | None = None
+    redraw = ThresholdRedraw(posterior.likelihood) if posterior.likelihood.ridge else None
+    late: list[FloatArray] = []
+    cooling = plan.temperatures[-len(plan.warm_up_steps) :]
+    parts = zip(plan.warm_up_steps, cooling, plan.components, strict=False)
+    for steps, temperature, components in parts:
+        chains, _, states = advance(steps, mixture, temperature)
+        # The part before was wider: the proposal keeps what it saw.
+        late = [*late[-1:], _some(chains[:, steps // 2 :])]
+        mixture = fit_mixture(np.concatenate(late), components, rng)
+    if redraw is not None and not redraw.concerns(np.concatenate(late)).any():
+        redraw = None  # of no use to this record
+    warm_up = steps_done
+    ridge, accepted, states = advance(plan.first_steps, mixture)
+    refits, slowest, fitted_to = 0, math.inf, plan.first_steps
+    while True:
+        tau = float(autocorrelation_time(ridge).max())
+        total = ridge.shape[1]
+        worth_it = tau < _HELPED * slowest or total >= _MORE_SEEN * fitted_to
+        if tau > _SLOW and refits < plan.refits and worth_it:
+            # The proposal misses part of the posterior: what was seen so far becomes warm-up.
+            slowest, fitted_to = tau, total
+            mixture = fit_mixture(_some(ridge), plan.components[-1] + 4 * refits + 2, rng)
+            warm_up, refits = steps_done, refits + 1
+            ridge, accepted, states = advance(plan.first_steps * refits, mixture)
+            continue
+        wanted = max(plan.first_steps, math.ceil(plan.lengths * tau))
+        if progress is not None:
+            progress("sampling", min(total, wanted), wanted)
+        if total >= wanted or steps_done >= plan.most_steps:
+            chains = _unconstrained(posterior, ridge[:, :: max(1, int(tau / 2))])
+            diagnostics = diagnose(chains)
+            converged = total >= wanted and diagnostics.passes(plan.required_ess)
+            if converged or steps_done >= plan.most_steps:
+                break
+            wanted = int(1.5 * total)
+        # Twice as long at most before the next look: where sampling is slow, more is learnt soon.
+        further = min(wanted - total, total) if refits < plan.refits else wanted - total
+        more, _, states = advance(min(further, plan.most_steps - steps_done), mixture)
+        ridge = np.concatenate([ridge, more], axis=1)
+    sampling = {
+        "effective_blocks": posterior.likelihood.degrees + 1.0,
+        "ensembles": float(ENSEMBLES),
+        "walkers": float(WALKERS),
+        "warm_up_steps": float(warm_up),
+        "steps": float(total),
+        "autocorrelation_time": tau,
+        "acceptance": accepted,
+        "evaluations": float(steps_done * ENSEMBLES * WALKERS),
+    }
+    return chains, diagnostics, sampling, converged
+
+
+def _some(ridge: FloatArray) -> FloatArray:
+    """At most a few thousand positions (positions, 9), evenly spaced in all chains."""
+    pooled = ridge.reshape(-1, ridge.shape[-1])
+    chosen = np.linspace(0, len(pooled) - 1, min(len(pooled), _MIXTURE_DRAWS)).astype(int)
+    return np.asarray(pooled[chosen])
+
+
+def _unconstrained(posterior: RidgePosterior, ridge: FloatArray) -> FloatArray:
+    flat = posterior.points(ridge.reshape(-1, ridge.shape[-1]))
+    return flat.reshape(ridge.shape)
