@@ -221,16 +221,16 @@ def tested(
     return Tested(record, truth)
 
 
-def write_case(folder: Path, case: Case, number: int) -> list[float]:
+def write_case(folder: Path, case: Case, number: int, count: int = TESTS) -> list[float]:
     """Write a drive folder; returns what is left over the noise in each test."""
     rng = np.random.default_rng([SEED, number])
     life = drawn_life(case, rng)
-    inner = np.sort(rng.uniform(0.1, 0.9, TESTS - 2))
-    shares = np.concatenate(([0.0], 0.5 * inner + 0.5 * np.linspace(0.2, 0.8, TESTS - 2), [1.0]))
+    inner = np.sort(rng.uniform(0.1, 0.9, count - 2))
+    shares = np.concatenate(([0.0], 0.5 * inner + 0.5 * np.linspace(0.2, 0.8, count - 2), [1.0]))
     first, last = case.tested
     service = np.round((first + (last - first) * shares) * HORIZON, 1)
     worn = np.interp(service, life.hours, life.wear["teeth"])
-    growth = (worn - worn[0]) / (worn[-1] - worn[0]) if case.grows else np.ones(TESTS)
+    growth = (worn - worn[0]) / (worn[-1] - worn[0]) if case.grows else np.ones(count)
     (folder / "loops").mkdir(parents=True, exist_ok=True)
     began = datetime(2024, 1, 8, tzinfo=UTC)
     rows, tests, ratios = ["test_id,file,service_hours,date"], [], []

@@ -6,12 +6,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from hdprog.reporting.bias import DEVIATIONS_IN_90
 from hdprog.reporting.effect_words import effect_name
 from hdprog.reporting.rounding import grouped, hours, rounded
 from hdprog.reporting.sections.table import Row, Table, Value
 from hdprog.reporting.words import capital, figure_interval, listed, quantity
-from hdprog.results import DriveResult, TestResult
+from hdprog.results import LEVELS, DriveResult, TestResult, TrendSummary
 
 _CLEAR = 2.0  # standard deviations of the difference from which a change is said to be clear
 _NONE = "–"
@@ -47,7 +49,9 @@ def changes(result: DriveResult) -> Changes | None:
         doubtful=not (before.converged and now.converged),
     )
     told = [key for key in keys if key in limited] or keys
-    return Changes(_text(told, before, now), table)
+    return Changes(
+        _text(told, before, now) + _against_trend(told, before, now, result.trend), table
+    )
 
 
 def _head(test: TestResult) -> str:
@@ -96,6 +100,31 @@ def _words(shift: float | None) -> str:
     if abs(shift) < _CLEAR:
         return "no clear change"
     return f"{'risen' if shift > 0 else 'fallen'} ({grouped(abs(shift), 1)} standard deviations)"
+
+
+def _against_trend(
+    keys: list[str], before: TestResult, now: TestResult, trend: TrendSummary | None
+) -> str:
+    """Figures that moved against the trend over all tests, in words; empty without any."""
+    found = []
+    for key in keys:
+        shift = _shift(before.figures[key], now.figures[key])
+        along = None if trend is None else trend.figures.get(key)
+        if shift is None or abs(shift) < _CLEAR or along is None:
+            continue
+        ends = np.interp(_hours_of(before, now), along.hours, along.quantiles[LEVELS.index(0.50)])
+        if (ends[1] - ends[0]) * shift < 0:
+            found.append(quantity(key).name)
+    if not found:
+        return ""
+    return (
+        f" The trend over all tests goes the other way in {listed(found)}: what differs between "
+        "tests beside wear, such as mounting the drive anew, moves a figure, too."
+    )
+
+
+def _hours_of(*tests: TestResult) -> list[float]:
+    return [0.0 if test.service_hours is None else test.service_hours for test in tests]
 
 
 def _text(keys: list[str], before: TestResult, now: TestResult) -> str:

@@ -1,0 +1,46 @@
+"""What changed since the test before, in words."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from hdprog.reporting.sections.changes import changes
+from hdprog.results import DriveResult
+from tests.reporting.drives import LOST_MOTION, wearing
+
+_OTHER_WAY = "The trend over all tests goes the other way in lost motion"
+
+
+def text(result: DriveResult) -> str:
+    found = changes(result)
+    assert found is not None
+    return found.text
+
+
+def test_a_change_along_the_trend_is_told_and_no_more() -> None:
+    said = text(wearing(LOST_MOTION, crossing=600.0, now=900.0, count=3))
+    assert "lost motion has risen" in said
+    assert _OTHER_WAY not in said
+
+
+def test_a_change_against_the_trend_says_so() -> None:
+    """The last two tests trade their figures; the trend stays."""
+    result = wearing(LOST_MOTION, crossing=600.0, now=900.0, count=3)
+    first, before, now = result.tests
+    swapped = (
+        first,
+        replace(before, figures=now.figures),
+        replace(now, figures=before.figures),
+    )
+    said = text(replace(result, tests=swapped))
+    assert "lost motion has fallen" in said
+    assert _OTHER_WAY in said
+    assert _OTHER_WAY not in text(replace(result, tests=swapped, trend=None))
+
+
+def test_figures_that_stand_still_go_against_no_trend() -> None:
+    result = wearing(LOST_MOTION, crossing=600.0, now=900.0, count=3)
+    first, before, now = result.tests
+    said = text(replace(result, tests=(first, now, replace(now, test_id=before.test_id))))
+    assert "none of the figures that matter here has moved" in said
+    assert _OTHER_WAY not in said
