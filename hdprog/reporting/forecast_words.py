@@ -17,9 +17,13 @@ def spread(levels: Mapping[str, float | None]) -> float | None:
 
 
 def middle_words(levels: Mapping[str, float | None], start: float = 0.0) -> str:
-    """Say the median, counted from `start`."""
+    """Say the median, counted from `start`, to the digits that the nearer end of 90 % allows."""
     value = levels.get("q50")
-    return LATER if value is None else hours(start + value, spread(levels))
+    if value is None:
+        return LATER
+    ends = (levels.get("q05"), levels.get("q95"))
+    ways = [abs(end - value) for end in ends if end is not None]
+    return hours(start + value, min(ways, default=None))
 
 
 def interval_words(levels: Mapping[str, float | None], start: float = 0.0) -> str:

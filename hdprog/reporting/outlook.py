@@ -87,6 +87,17 @@ def spread(forecast: Forecast) -> float:
     return max((end - start) / 2.0, 1.0)
 
 
+def spread_about_median(forecast: Forecast) -> float:
+    """Uncertainty in hours with which a median is rounded: the way to the nearer end of 90 %.
+
+    Where the interval has a long late end, half of it would round the median past the early one.
+    """
+    hours = crossing_hours(forecast)
+    median, ends = hours.get(0.50), (hours.get(LEVELS[0]), hours.get(LEVELS[-1]))
+    ways = [abs(end - median) for end in ends if end is not None and median is not None]
+    return max(min([spread(forecast), *ways]), 1.0)
+
+
 def due_now(forecast: Forecast) -> bool:
     """Whether the accepted risk is reached already."""
     return (

@@ -179,9 +179,12 @@ def _mark_levels(axes: Axes, main: Forecast, end: float) -> None:
         if at is None or at > end:
             continue
         axes.plot([at], [level], "o", color=FIT, markersize=6, markeredgecolor="white", zorder=4)
-        text = hours_up(at, spread) if level > 0.9 else hours(at, spread)
         if level < 0.1:
             text = hours(outlook.rounded_date(main, at))
+        elif level > 0.9:
+            text = hours_up(at, spread)
+        else:
+            text = hours(at, outlook.spread_about_median(main))
         # The curve leaves the upper left of each point free, save at the very left.
         left = at - main.now_hours > 0.2 * (end - main.now_hours)
         axes.annotate(
@@ -235,7 +238,7 @@ def _alt(main: Forecast, shutdown_hours: float | None) -> str:
         parts.append(f"accepted risk of {share(main.acceptable_risk)} reached at {hours(inspect)}")
     median = outlook.crossing_hours(main).get(0.50)
     if median is not None:
-        parts.append(f"even odds at {hours(median, outlook.spread(main))}")
+        parts.append(f"even odds at {hours(median, outlook.spread_about_median(main))}")
     chance = percent(main.probability_crossed_by_horizon)
     parts.append(f"{chance} by {hours(main.horizon_hours)}")
     return f"{capital(what)}: {'; '.join(parts)}."

@@ -64,7 +64,8 @@ def _passed(forecast: Forecast) -> Cell:
     early, middle, late = values
     low = "later" if early is None else without_unit(hours(outlook.rounded_date(forecast, early)))
     high = "later" if late is None else hours_up(late, spread)
-    return Value("later" if middle is None else hours(middle, spread), f"{low} to {high}")
+    about = outlook.spread_about_median(forecast)
+    return Value("later" if middle is None else hours(middle, about), f"{low} to {high}")
 
 
 def _inspect(forecast: Forecast) -> str:
