@@ -239,7 +239,12 @@ class LoopLikelihood:
         return offset, scale
 
     def pointwise(self, points: FloatArray, offset: FloatArray, scale: FloatArray) -> FloatArray:
-        """Log density of every block given those before it, (draws, blocks)."""
+        """Log density of every block given those before it, (draws, blocks).
+
+        Raises ValueError where effects are held: the blocks are then no chain.
+        """
+        if self.held is not None:
+            raise ValueError("blocks have no density of their own where effects are integrated out")
         missing = self.reduced.angle - self.angle(points) - offset[:, None]
         whitened = self.noise.whiten(missing) / scale[:, None]
         conditional_sd = scale[:, None] * self.noise.conditional_sd()

@@ -31,14 +31,18 @@ class LinearisedEffects:
     ----------
     exact : with the effects' coordinates in a point
     sampled : without them, nine coordinates
-    features : (blocks, k) E over the noise scale at the mode
     scale : that noise scale
     """
 
     exact: LoopLikelihood
     sampled: LoopLikelihood
-    features: FloatArray
     scale: float
+
+    @property
+    def features(self) -> FloatArray:
+        """(blocks, k) E over the noise scale at the mode."""
+        assert self.sampled.held is not None
+        return self.sampled.held.features
 
     @staticmethod
     def about(exact: LoopLikelihood, start: StartingPoint) -> LinearisedEffects:
@@ -51,9 +55,8 @@ class LinearisedEffects:
         angles = exact.angle(points)
         derivative = (angles[: best.size] - angles[best.size :]).T / 2e-4
         scale = float(np.sqrt(start.variance))
-        features = derivative / scale
-        sampled = replace(exact, held=HeldEffects(best, -derivative @ best, features))
-        return LinearisedEffects(exact, sampled, features, scale)
+        held = HeldEffects(best, -derivative @ best, derivative / scale)
+        return LinearisedEffects(exact, replace(exact, held=held), scale)
 
     def complete(
         self, points: FloatArray, offset: FloatArray, scale: FloatArray, rng: np.random.Generator

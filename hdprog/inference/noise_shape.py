@@ -25,6 +25,7 @@ FALSE_ALARM_RATE = 0.01
 
 _RATIO_STEP, _LENGTH_STEP = 0.5, 0.5  # of the grid of logs that shapes are averaged over
 _RATIO_REACH = 3.0  # to either side of the best
+_ROUNDING = 1e-12  # of a residual: no more than this left of it is no noise
 _LEAST_WEIGHT = 1e-3  # of the likeliest shape's: those below it are left out
 
 
@@ -109,15 +110,19 @@ def fit_noise(
 
     Returns
     -------
-    NoiseModel, white where the likelihood-ratio test keeps white at `FALSE_ALARM_RATE`
+    NoiseModel, white where the likelihood-ratio test keeps white at `FALSE_ALARM_RATE`, and where
+    the sensitivities explain the residual up to rounding
     """
     # Directions that the data do not see make no projection.
     left, strength, _ = np.linalg.svd(sensitivities / sd[:, None], full_matrices=False)
-    basis = left[:, strength > 1e-8 * strength[0]] * sd[:, None]
+    seen_by_data = left[:, strength > 1e-8 * strength[0]]
+    unexplained = _unexplained(residual / sd, seen_by_data)
+    if unexplained is None:
+        return NoiseModel.white(sd)
     steps = np.maximum(np.diff(position), 1e-9 * (position[-1] - position[0]))
     typical, extent = float(np.median(steps)), float(position[-1] - position[0])
     mean_variance = float(np.mean(sd**2))
-    columns = np.column_stack([basis, residual])
+    columns = np.column_stack([seen_by_data, unexplained]) * sd[:, None]
 
     def seen(theta: FloatArray) -> _Restricted:
         try:
@@ -146,6 +151,17 @@ def fit_noise(
     return NoiseModel.white(sd).with_decaying(
         correlated, log_ratio, float(np.exp(log_length)), position
     )
+
+
+def _unexplained(residual: FloatArray, basis: FloatArray) -> FloatArray | None:
+    """Direction (blocks,) of what an orthonormal basis leaves of a residual; None for rounding."""
+    left = residual - basis @ (basis.T @ residual)
+    length = float(np.linalg.norm(left))
+    if length <= _ROUNDING * float(np.linalg.norm(residual)):
+        return None
+    # A small rest still holds rounding along the basis; the second pass takes it out.
+    left -= basis @ (basis.T @ left)
+    return np.asarray(left / np.linalg.norm(left))
 
 
 def _axes_about(

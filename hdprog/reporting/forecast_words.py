@@ -5,7 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from hdprog.reporting.rounding import date_down, floored, hours, hours_up, without_unit
+from hdprog.reporting.rounding import (
+    about_middle,
+    date_down,
+    floored,
+    hours,
+    hours_up,
+    without_unit,
+)
 
 LATER = "past the horizon"
 
@@ -21,9 +28,7 @@ def middle_words(levels: Mapping[str, float | None], start: float = 0.0) -> str:
     value = levels.get("q50")
     if value is None:
         return LATER
-    ends = (levels.get("q05"), levels.get("q95"))
-    ways = [abs(end - value) for end in ends if end is not None]
-    return hours(start + value, min(ways, default=None))
+    return hours(start + value, about_middle(value, levels.get("q05"), levels.get("q95")))
 
 
 def interval_words(levels: Mapping[str, float | None], start: float = 0.0) -> str:

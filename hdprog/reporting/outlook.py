@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hdprog.config import Limit
-from hdprog.reporting.rounding import date_down
+from hdprog.reporting.rounding import about_middle, date_down
 from hdprog.reporting.words import quantity, threshold_words
 from hdprog.results import LEVELS, DriveResult, Forecast
 
@@ -88,14 +88,12 @@ def spread(forecast: Forecast) -> float:
 
 
 def spread_about_median(forecast: Forecast) -> float:
-    """Uncertainty in hours with which a median is rounded: the way to the nearer end of 90 %.
-
-    Where the interval has a long late end, half of it would round the median past the early one.
-    """
+    """Uncertainty in hours with which a median is rounded: the way to the nearer end of 90 %."""
     hours = crossing_hours(forecast)
-    median, ends = hours.get(0.50), (hours.get(LEVELS[0]), hours.get(LEVELS[-1]))
-    ways = [abs(end - median) for end in ends if end is not None and median is not None]
-    return max(min([spread(forecast), *ways]), 1.0)
+    median, about = hours.get(0.50), None
+    if median is not None:
+        about = about_middle(median, hours.get(LEVELS[0]), hours.get(LEVELS[-1]))
+    return spread(forecast) if about is None else max(about, 1.0)
 
 
 def due_now(forecast: Forecast) -> bool:

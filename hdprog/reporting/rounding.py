@@ -101,6 +101,14 @@ def hours(value: float, uncertainty: float | None = None) -> str:
     return grouped(round(value / step) * step, 0) + f"{THIN_SPACE}h"
 
 
+def about_middle(middle: float, *ends: float | None) -> float | None:
+    """Uncertainty with which a middle is rounded: the way to the nearer end that there is.
+
+    Where an interval has a long late end, half of it would round the middle past the early one.
+    """
+    return min((abs(end - middle) for end in ends if end is not None), default=None)
+
+
 def floored(value: float, uncertainty: float) -> float:
     """Hours rounded down to a step of their uncertainty: a date that must not be passed."""
     step = _hour_step(value, uncertainty)

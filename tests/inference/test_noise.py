@@ -66,6 +66,16 @@ def test_shapes_that_are_left_out_have_no_weight(monkeypatch: pytest.MonkeyPatch
     assert len(looked_at) == len(noises)
 
 
+@pytest.mark.parametrize("rest", [0.0, 1e-9])
+def test_a_residual_that_the_fit_explains_is_white(rest: float) -> None:
+    """Records without noise, such as synthetic ones, leave nothing or next to nothing."""
+    sd = np.full(BLOCKS, 1e-5)
+    explained = SENSITIVITIES @ np.random.default_rng(3).standard_normal(SENSITIVITIES.shape[1])
+    noise = explained + rest * np.random.default_rng(4).standard_normal(BLOCKS)
+    for one in (noise, 0.0 * noise):
+        assert fit_noise(one, SENSITIVITIES, sd, POSITION).whitening is None
+
+
 def test_correlated_noise_is_found_and_whitened() -> None:
     rng = np.random.default_rng(2)
     sd = np.full(BLOCKS, 1e-5)

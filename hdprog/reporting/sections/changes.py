@@ -90,6 +90,12 @@ def _shift(old: Mapping[float, float], new: Mapping[float, float]) -> float | No
     return (new[0.50] - old[0.50]) / spread if spread > 0 else None
 
 
+def _clear_shift(key: str, before: TestResult, now: TestResult) -> float:
+    """A figure's shift in standard deviations where it is called clear, else 0."""
+    shift = _shift(before.figures[key], now.figures[key])
+    return 0.0 if shift is None or abs(shift) < _CLEAR else shift
+
+
 def _signed(number: str) -> str:
     return number if number[:1] in "−–" or not number.strip("0.") else f"+{number}"
 
@@ -108,12 +114,11 @@ def _against_trend(
     """Figures that moved against the trend over all tests, in words; empty without any."""
     found = []
     for key in keys:
-        shift = _shift(before.figures[key], now.figures[key])
         along = None if trend is None else trend.figures.get(key)
-        if shift is None or abs(shift) < _CLEAR or along is None:
+        if along is None:
             continue
         ends = np.interp(_hours_of(before, now), along.hours, along.quantiles[LEVELS.index(0.50)])
-        if (ends[1] - ends[0]) * shift < 0:
+        if (ends[1] - ends[0]) * _clear_shift(key, before, now) < 0:
             found.append(quantity(key).name)
     if not found:
         return ""
@@ -130,8 +135,8 @@ def _hours_of(*tests: TestResult) -> list[float]:
 def _text(keys: list[str], before: TestResult, now: TestResult) -> str:
     moved: dict[str, list[str]] = {"risen": [], "fallen": []}
     for key in keys:
-        shift = _shift(before.figures[key], now.figures[key])
-        if shift is not None and abs(shift) >= _CLEAR:
+        shift = _clear_shift(key, before, now)
+        if shift != 0:
             moved["risen" if shift > 0 else "fallen"].append(quantity(key).name)
     parts = [
         f"{listed(names)} {'has' if len(names) == 1 else 'have'} {way}"
