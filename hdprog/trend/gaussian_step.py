@@ -8,7 +8,8 @@ tests' own numbers v. Draws of (h, z) then have the density of the whole model b
     w = p(y | h)/p(u | h) · Π_j L_j(y_j, v_j) φ(v_j) |dy_j/du_j| / (G_j(u_j) q_j(v_j | u_j)),
 
 u the draw on the tangents, G_j the linearised loop, q_j its Gaussian of v_j: a weight for
-importance sampling, and the likelihood of a sampler whose prior is the Gaussian step itself.
+importance sampling, and the likelihood of a sampler whose prior is the Gaussian step itself. It is
+none where teeth are stiffer than they can be.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from hdprog.trend.ridge_map import RidgeMap, onto_ridges
 from hdprog.trend.smoother import draw
 from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
 from hdprog.trend.temperature import SeenTests
-from hdprog.trend.wear_coordinates import StatePrior, slope, to_loop
+from hdprog.trend.wear_coordinates import StatePrior, possible, slope, to_loop
 from hdprog.trend.wear_prior import WearPrior
 
 
@@ -195,7 +196,8 @@ class GaussianStep:
         with np.errstate(all="ignore"):
             met_square, tangent_square = squares(np.stack([met, states]))
             weight += 0.5 * (tangent_square - met_square)
-        return np.where(np.isfinite(weight), weight, -np.inf), met
+        inside = np.isfinite(weight) & possible(met).all(axis=1)
+        return np.where(inside, weight, -np.inf), met
 
     def _onto_ridges(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
         """What tests met (draws, tests, n), on the ridges of those that are not linear.

@@ -3,10 +3,11 @@
 The prior of a chain is the Gaussian step, its likelihood that step's weight. A sweep turns what is
 each test's own, test by test, and then all states by elliptical slices (Murray, Adams & MacKay,
 AISTATS 2010); takes other hyperparameters under the same numbers z, or another z, as the Gaussian
-step has them; and shifts all tests together, by Metropolis steps, along the directions in which
-that step is widest. These run along the loops' ridges: no loop knows where on its ridge it lies,
-and a slice in all dimensions at once hardly moves there. Chains without these shifts agree with
-each other and are too narrow.
+step has them; and shifts all tests together by Metropolis steps. No loop knows where on its ridge
+it lies, and a slice in all dimensions at once hardly moves there: chains without shifts agree with
+each other and are too narrow. They go along the directions in which that step is widest; along one
+ridge coordinate of all loops, as far as the step does not know of; and by how far two other chains
+lie apart, in the ridge coordinates of cup and teeth, in those of friction, or in all.
 """
 
 from __future__ import annotations
@@ -22,17 +23,22 @@ from hdprog.trend.elliptical_slice import between, turned
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.gaussian_step import GaussianStep, Tangents, Test
 from hdprog.trend.hyperparameters import HyperparameterDraws
+from hdprog.trend.ridge_frames import along_ridges, parts
 from hdprog.trend.wear_coordinates import to_loop
 from hdprog.trend.written_out import WrittenOut, with_rows
 
+GROUPS = 4
+"""Of chains; those of different groups know nothing of each other, and R-hat compares groups."""
 _WARM_UP = 20
 _FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
 _LEARN = 5  # sweeps
 _FRESH = 4  # sweeps from one offer of fresh numbers to the next
-_DIRECTIONS, _SHIFTS = 16, 6  # of shifts, and how many of them a sweep takes
+_DIRECTIONS, _SHIFTS = 16, 4  # of widest shifts, and how many shifts a sweep takes
 _WRITTEN = 120  # numbers of all tests' states up to which all chains are offered others each sweep
 _FIRST_REACH = 2.0  # of the Gaussian step's spread along a direction
 _TAKEN = 0.35  # share of shifts that the reach is made for
+_STRIDES = 0.7  # spread of the stride's logarithm
+_FOLLOWING = 0.25  # share of these moves that the stride is made for
 
 
 class Chains:
@@ -58,8 +64,11 @@ class Chains:
         self._tangents, self._numbers = start, self._at.numbers_of(start)
         self._own = self._at.own
         self._weight, self.met = self._at.log_weight(start)
-        self._along = self._at.widest(_DIRECTIONS)
+        maps, size = [test.ridge for test in step.tests], start.states.shape[-1]
+        self._along = np.concatenate([self._at.widest(_DIRECTIONS), along_ridges(maps, size)])
         self._reach = np.full(len(self._along), _FIRST_REACH)
+        self._parts = parts(maps, size)
+        self._stride = np.full(len(self._parts), 2.4 / np.sqrt(2.0 * start.states[0].size))
 
     def warm_up(self) -> None:
         """From the Gaussian step to the posterior: the weight comes in by and by.
@@ -88,6 +97,10 @@ class Chains:
             taken = self._shift(place)
             if self._sweeps < _WARM_UP:
                 self._reach[place] *= np.exp(taken - _TAKEN)
+        for place in range(len(self._parts)):
+            taken = self._follow_others(place)
+            if self._sweeps < _WARM_UP:
+                self._stride[place] *= np.exp(0.5 * (taken - _FOLLOWING))
         self._sweeps += 1
 
     def _learn_own(self, lately: Sequence[Tangents]) -> None:
@@ -159,19 +172,40 @@ class Chains:
         """Shift all tests along one direction; the share of chains that do."""
         rng, count = self._rng, len(self.deviates)
         way = self._reach[place] * rng.standard_normal(count) * np.exp(rng.standard_normal(count))
-        states = self._tangents.states + way[:, None, None] * self._along[place]
-        own = [self._numbers[:, test] for test in self._own]
-        tangents = self._step.own_drawn(states, own)
-        numbers = self._numbers.copy()
-        numbers[:, : self._at.size] = self._at.numbers_of_states(states)
-        weight, met = self._at.log_weight(tangents)
+        return self._go(np.arange(count), way[:, None, None] * self._along[place])
+
+    def _follow_others(self, place: int) -> float:
+        """Shift all tests by a part of how far two other chains of the group lie apart.
+
+        Half of a group after the other, by those that stay: what is likely is left as it is
+        (ter Braak, Statistics and Computing 16 (2006) 239).
+        """
+        rng, count = self._rng, len(self.deviates)
+        order = rng.permuted(np.arange(count).reshape(GROUPS, -1), axis=1)
+        taken = []
+        for half in np.array_split(order, 2, axis=1):
+            stay = np.setdiff1d(order, half).reshape(GROUPS, -1)
+            candidates = np.repeat(stay[:, None], half.shape[1], axis=1)
+            one, other = np.moveaxis(rng.permuted(candidates, axis=2)[..., :2], -1, 0)
+            apart = self._tangents.states[one.ravel()] - self._tangents.states[other.ravel()]
+            stride = self._stride[place] * np.exp(_STRIDES * rng.standard_normal(half.size))
+            shift = np.einsum("tij,dtj->dti", self._parts[place], apart)
+            taken.append(self._go(half.ravel(), stride[:, None, None] * shift))
+        return float(np.mean(taken))
+
+    def _go(self, rows: NDArray[np.intp], shift: FloatArray) -> float:
+        """Let some chains shift all tests' states (rows, tests, n); the share that does."""
+        states = self._tangents.states[rows] + shift
+        tangents = self._step.own_drawn(states, [self._numbers[rows, test] for test in self._own])
+        numbers = self._numbers[rows]
+        numbers[:, : self._at.size] = self._at.numbers_of_states(states, rows)
+        weight, met = self._at.log_weight(tangents, rows)
         # A shift leaves the volume as it is: what counts beside the weight is the numbers' density.
-        gained = self._share * (weight - self._weight)
-        gained += _log_normal(numbers) - _log_normal(self._numbers)
-        taken = np.log(rng.uniform(size=count)) < gained
-        rows = np.flatnonzero(taken)
-        self._take(rows, numbers[taken], tangents.rows(rows), weight[taken], met[taken])
-        return float(taken.mean())
+        gained = self._share * (weight - self._weight[rows])
+        gained += _log_normal(numbers) - _log_normal(self._numbers[rows])
+        taken = np.flatnonzero(np.log(self._rng.uniform(size=len(rows))) < gained)
+        self._take(rows[taken], numbers[taken], tangents.rows(taken), weight[taken], met[taken])
+        return len(taken) / len(rows)
 
     def _offer_others(self) -> None:
         """Offer other hyperparameters: to all chains, or in turn where there are many tests.

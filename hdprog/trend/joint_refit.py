@@ -16,13 +16,12 @@ from hdprog.inference.lazy_arviz import arviz
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.gaussian_step import GaussianStep
 from hdprog.trend.hyperparameters import HyperparameterDraws
-from hdprog.trend.joint_chains import Chains
+from hdprog.trend.joint_chains import GROUPS, Chains
 
 HIGHEST_K = 0.5
 """Pareto k above which the weights have no variance. Up to 0.7 a mean may still be estimated, but
 at 0.6 draws of these many dimensions were a third of a spread away from the posterior."""
 _WEIGHTED = 4000
-_GROUPS = 4  # of chains; these are independent, and R-hat is taken across the groups
 _EVERY = 2  # sweeps between kept ones
 RHAT_LIMIT = 1.1
 """On a hundred effective draws R-hat itself scatters by some hundredths."""
@@ -111,7 +110,7 @@ def met_by_tests(
         chosen = rng.choice(_WEIGHTED, _WEIGHTED, p=smoothed)
         return Met(deviates[chosen], met[chosen], pareto_k, worth=effective)
     # Draws by the Gaussian step as they are: wider than the posterior, and no two the same.
-    start = np.resize(np.flatnonzero(np.isfinite(log_weight)), _GROUPS * effort.chains)
+    start = np.resize(np.flatnonzero(np.isfinite(log_weight)), GROUPS * effort.chains)
     chains = Chains(step, draws, deviates[start], tangents.rows(start), rng)
     return _sampled(chains, pareto_k, effort)
 
@@ -147,7 +146,7 @@ def _sampled(chains: Chains, pareto_k: float, effort: Effort) -> Met:
 def _diagnosed(deviates: FloatArray, measured: FloatArray, pareto_k: float, effort: Effort) -> Met:
     """Put together (kept, chains, …), judged by hyperparameters and by what the last test met."""
     both = np.concatenate([deviates, measured[:, :, -1]], axis=-1)
-    folded = both.reshape(len(both), _GROUPS, effort.chains, -1).swapaxes(0, 1)
+    folded = both.reshape(len(both), GROUPS, effort.chains, -1).swapaxes(0, 1)
     found = diagnose(folded)
     rhat = float(found.rhat.max())
     effective = np.minimum(found.ess_bulk, found.ess_tail)

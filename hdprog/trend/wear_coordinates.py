@@ -11,15 +11,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hdprog.inference.priors import Prior
 from hdprog.physics.parameters import BY_NAME, NAMES, FloatArray
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.wear_prior import WearPrior
 
-_T_T = NAMES.index("T_T")
+_K_F, _b, _T_T = (NAMES.index(name) for name in ("K_F", "b", "T_T"))
 _SHARPER = 5.0
 _SOFTPLUS = BY_NAME["T_T"]
+STIFFEST_TEETH = 20.0
+"""Times the cup's stiffness that the teeth's b may be. New gears have twice to thrice the cup's;
+beyond this loops see the cup alone, and nothing would hold a trend that lets teeth heal."""
 
 
 def _sigmoid(value: FloatArray) -> FloatArray:
@@ -49,6 +53,14 @@ def slope(wear: FloatArray) -> FloatArray:
     inner = _sigmoid(wear[..., _T_T]) / _SHARPER
     found[..., _T_T] = inner / _sigmoid(to_loop(wear)[..., _T_T])
     return found
+
+
+def possible(coordinates: FloatArray) -> NDArray[np.bool_]:
+    """Whether teeth are no stiffer than they can be, (...,) of wear coordinates (..., n).
+
+    Of the loops' coordinates as well: only T_T differs.
+    """
+    return np.asarray(coordinates[..., _b] - coordinates[..., _K_F] <= np.log(STIFFEST_TEETH))
 
 
 @dataclass(frozen=True)

@@ -94,10 +94,15 @@ class WrittenOut:
             own.append(test.own.deviates(states[:, place] - test.point, met))
         return np.hstack([self.numbers_of_states(states), *own])
 
-    def numbers_of_states(self, states: FloatArray) -> FloatArray:
-        """The numbers (draws, N) that make these states (draws, tests, n)."""
-        away = states.reshape(len(states), -1) - self.centre
-        return np.asarray(np.einsum("dji,dj->di", self.factor, away))
+    def numbers_of_states(
+        self, states: FloatArray, rows: NDArray[np.intp] | None = None
+    ) -> FloatArray:
+        """The numbers (draws, N) that make these states (draws, tests, n); rows as below."""
+        centre, factor = self.centre, self.factor
+        if rows is not None:
+            centre, factor = centre[rows], factor[rows]
+        away = states.reshape(len(states), -1) - centre
+        return np.asarray(np.einsum("dji,dj->di", factor, away))
 
     def widest(self, count: int) -> FloatArray:
         """Directions (count, tests, n) in which it is widest, each one spread long; N at most.

@@ -25,7 +25,7 @@ from hdprog.trend.relinearise import JointPrior, joint_mode
 from hdprog.trend.ridge_map import RidgeMap, onto_ridges
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.wear_clock import ServiceClock
-from hdprog.trend.wear_coordinates import StatePrior, from_loop, slope, to_loop
+from hdprog.trend.wear_coordinates import StatePrior, from_loop, possible, slope, to_loop
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.trend.stand_in import ALPHA, NEW, PRIOR, WEAR, SimulatedLoop, wearing_drive
 
@@ -161,6 +161,18 @@ def test_shifts_that_forget_how_likely_the_states_are_would_be_noticed(
     found = sampled(problem, monkeypatch).measured
     _, ratio = shifts_and_ratios(found.reshape(len(found), -1), reference)
     assert ratio.max() > 1.15
+
+
+def test_teeth_stiffer_than_they_can_be_have_no_weight(problem: Problem) -> None:
+    """Nothing in the loops speaks against a trend that lets teeth heal without end."""
+    at = problem.step.at(FIXED)
+    tangents = at.tangents(np.zeros((1, problem.step.numbers(FIXED))))
+    assert np.isfinite(at.log_weight(tangents)[0]).all()
+    healed = replace(tangents, states=tangents.states.copy())
+    healed.states[:, 0, NAMES.index("b")] += 5.0
+    _, met = at.log_weight(healed)
+    assert not possible(met[0, 0])
+    assert np.isneginf(at.log_weight(healed)[0]).all()
 
 
 def test_loops_that_are_gaussian_are_neither_weighted_nor_sampled(problem: Problem) -> None:

@@ -4,9 +4,9 @@ What a drive does up to its last test is drawn here from the equations of
 `hdprog.trend.state_space`, without its filter; what it does afterwards is the forecast's own
 process, so that ranks test the inference and not the choice of a law of wear. The pace of wear is
 less spread than in the shipped prior, in the draw and in the fit alike: at its far ends a drive is
-worn out, or as new, at every test. Drives whose records no engineer would take for a
-gear's, by their stiffness, their softest part or their area, are drawn anew: a choice by what is
-measured leaves ranks uniform.
+worn out, or as new, at every test. Drives with teeth stiffer than a trend believes are drawn anew.
+So are drives whose records no engineer would take for a gear's, by their stiffness, their softest
+part or their area: a choice by what is measured leaves ranks uniform.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.trend_density import FARTHEST_DEVIATE, MOST_WEAR
 from hdprog.trend.wear_clock import ServiceClock
-from hdprog.trend.wear_coordinates import StatePrior, to_loop
+from hdprog.trend.wear_coordinates import StatePrior, possible, to_loop
 from hdprog.trend.wear_prior import WearPrior, read_wear_prior
 from tests.independent.drives import first_crossing
 
@@ -144,7 +144,7 @@ def _attempt(rng: np.random.Generator) -> Drawn | None:
     states, carried = until_now(steps, rng)
     scatter = values.scatter[0] * wear.scales
     met = to_loop(states + scatter * rng.standard_normal(states.shape))
-    if not in_support(prior.to_physical(met), DRIVE.alpha).all():
+    if not in_support(prior.to_physical(met), DRIVE.alpha).all() or not possible(met).all():
         return None
     loops = tuple(_loop(prior, one, rng) for one in met)
     if not all(_like_a_gear(loop) for loop in loops):
