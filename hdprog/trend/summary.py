@@ -32,13 +32,15 @@ from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters
 from hdprog.trend.steady_pace import Told, is_steady
 from hdprog.trend.temperature_effect import cooled, temperature_effect, warmth_added
 from hdprog.trend.trend import Trend
+from hdprog.trend.wear_coordinates import STIFFEST_TEETH
 from hdprog.trend.what_tests_say import DEVIATES, what_tests_say
 
 MODEL = (
     "one wear coordinate behind all parameters, w = (1 − exp(−κu))/κ with u = A·(hours/h)^p, whose "
     "rate may change at random and is expected to rise past the last test, until wear of all "
     "parameters ends where the teeth's first stiffness b is worn out; loadings around the "
-    "direction of Table 2, random wear, own drifts of each parameter and remounting scatter"
+    "direction of Table 2, random wear, own drifts of each parameter and remounting scatter; teeth "
+    f"of more than {STIFFEST_TEETH:g} times the cup's stiffness are ruled out"
 )
 _DRAWS = 400
 _OWN_DRAWS = 400
