@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from hdprog.discovery.explain import Closed, choosing_step, effect_size
+from hdprog.discovery.explain import Closed
+from hdprog.discovery.found import choosing_step, effect_size
 from hdprog.discovery.pooling import pooled
 from hdprog.discovery.search import Traced
 from hdprog.discovery.separating import indistinguishable, separating_test

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hdprog.discovery.candidates import without
+from hdprog.discovery.considered import considered
 from hdprog.discovery.errors_of_fit import branch_rmse, error_figures
-from hdprog.discovery.heldout import HeldOut, elpd_difference, held_out
+from hdprog.discovery.found import found_effects
+from hdprog.discovery.heldout import held_out
 from hdprog.discovery.model import Model
-from hdprog.discovery.pooling import THRESHOLD, share
 from hdprog.discovery.residuals import carriers, repeatability
-from hdprog.discovery.search import Step, Traced
-from hdprog.discovery.separating import indistinguishable, separating_test
+from hdprog.discovery.search import Traced
 from hdprog.explanation import (
-    UNKNOWN,
     Carrier,
-    ConsideredEffect,
     Explanation,
-    FoundEffect,
     ResidualCourse,
     Verdict,
 )
@@ -30,15 +25,8 @@ from hdprog.inference.prepare import Prepared
 from hdprog.inference.summarise import by_level, figure_requests
 from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
 from hdprog.physics.coordinates import coordinates
-from hdprog.physics.effects import BY_ID
-from hdprog.physics.effects.base import Effect
-from hdprog.physics.parameters import NAMES, FloatArray
+from hdprog.physics.parameters import NAMES
 
-UNKNOWN_ADVICE = (
-    "No mechanism that hdprog knows leaves this trace. Repeat the test: if it comes back, look at "
-    "the drawn course for what happens there (a contact, a bearing, the rig's control), and rely "
-    "on the figures only as far as their shift allows."
-)
 # The drive model alone where it misfits: it shows the shift, and many hardly ever mix well.
 _BESIDE = replace(QUICK, lengths=25.0, first_steps=100, refits=1, most_steps=2000)
 _STRAINED = 2.5  # prior standard deviations
@@ -98,7 +86,7 @@ def explain(
     held_after = held_before if final is base else held_out(prepared, final)
     requests = figure_requests(prepared.drive, prepared.operation)
     warnings = tuple(dict.fromkeys((*before.warnings, *after.warnings)))
-    found = _found(traced, after, held_before, held_after, rng)
+    found = found_effects(traced, after, held_before, held_after, rng)
     explanation = Explanation(
         test_id=test_id,
         service_hours=service_hours,
@@ -111,7 +99,7 @@ def explain(
         branch_rmse=branch_rmse(prepared, before.record_residual, after.record_residual),
         carried_by=_carried_by(base, rng),
         effects=found,
-        considered=_considered(traced, held_before, weigh_others),
+        considered=considered(traced, held_before, weigh_others),
         strained=_strained(base),
         parameters_before={name: by_level(before.parameters[name]) for name in NAMES},
         parameters_after={name: by_level(after.parameters[name]) for name in NAMES},
@@ -129,146 +117,6 @@ def verdict_of(final: Model) -> Verdict:
     if final.term is None:
         return "explained" if final.ids else "adequate"
     return "partly_explained" if final.ids else "unexplained"
-
-
-def choosing_step(steps: Sequence[Step], chosen: str) -> Step | None:
-    """The last forward step that offered an effect while the model lacked it and then took it."""
-    for step, following in zip(reversed(steps[:-1]), reversed(steps[1:]), strict=True):
-        if chosen in following.before.ids and chosen not in step.before.ids:
-            return step
-    offered = [step for step in steps if chosen in step.models]
-    return offered[-1] if offered else None
-
-
-def _found(
-    traced: Traced,
-    after: Posterior,
-    held_before: HeldOut,
-    held_after: HeldOut,
-    rng: np.random.Generator,
-) -> tuple[FoundEffect, ...]:
-    """Effects of the final model, the one that carries most first."""
-    final, found = traced.final, []
-    for effect in final.likelihood.effects:
-        fewer, held_fewer = traced.base, held_before
-        if final.ids != (effect.id,) or final.term is not None:
-            fewer = without(final, effect.id, rng)
-            held_fewer = held_out(traced.prepared, fewer)
-        elpd = elpd_difference(held_after, held_fewer)
-        found.append(_mechanism(traced, effect, fewer, after, elpd))
-    if final.term is not None:
-        found.append(_unknown(traced, held_after))
-    return tuple(sorted(found, key=lambda one: (one.id == UNKNOWN, -one.share)))
-
-
-def _mechanism(
-    traced: Traced, effect: Effect, fewer: Model, after: Posterior, elpd: tuple[float, float]
-) -> FoundEffect:
-    final = traced.final
-    step = choosing_step(traced.steps, effect.id)
-    others = () if step is None else indistinguishable([step], effect.id)
-    others = tuple(name for name in others if name not in final.ids)
-    values = after.effect_values[effect.id]
-    described = effect.parameters(final.likelihood.reduced.course.scales)
-    return FoundEffect(
-        id=effect.id,
-        words=effect.words,
-        coordinate=None,
-        log_evidence_gain=final.log_evidence - fewer.log_evidence,
-        elpd_gain=elpd[0],
-        elpd_se=elpd[1],
-        share=share([traced.base], [fewer], [final]),
-        parameters={one.name: by_level(values[one.name][:, 0]) for one in described},
-        units={one.name: one.unit for one in described},
-        indistinguishable_from=others,
-        separating_test=separating_test({effect.id, *others}),
-        advice=effect.advice,
-    )
-
-
-def _unknown(traced: Traced, held_after: HeldOut) -> FoundEffect:
-    final = traced.final
-    fewer = traced.mechanisms if final.ids else traced.base
-    gain, error = elpd_difference(held_after, held_out(traced.prepared, fewer))
-    term = final.term
-    assert term is not None
-    return FoundEffect(
-        id=UNKNOWN,
-        words="an effect that no known mechanism describes",
-        coordinate=term.coordinate,
-        log_evidence_gain=final.log_evidence - fewer.log_evidence,
-        elpd_gain=gain,
-        elpd_se=error,
-        share=share([traced.base], [fewer], [final]),
-        parameters={},
-        units={},
-        indistinguishable_from=(),
-        separating_test=None,
-        advice=UNKNOWN_ADVICE,
-    )
-
-
-def _considered(traced: Traced, held_before: HeldOut, weigh: bool) -> tuple[ConsideredEffect, ...]:
-    """What was looked at and not added, best first, then what the record cannot show."""
-    first = traced.steps[0]
-    gains = first.gains
-    looked_at: list[ConsideredEffect] = []
-    for rank, name in enumerate(sorted(gains, key=lambda name: -gains[name])):
-        if name in traced.final.ids:
-            continue
-        gain, error = None, None
-        if weigh and rank < 3 and gains[name] > 0:
-            held = held_out(traced.prepared, first.models[name])
-            gain, error = elpd_difference(held, held_before)
-        why_not = _why_not(traced, name)
-        looked_at.append(
-            ConsideredEffect(name, BY_ID[name].words, gains[name], gain, error, why_not)
-        )
-    lacking = [
-        ConsideredEffect(
-            name,
-            BY_ID[name].words,
-            None,
-            None,
-            None,
-            f"cannot be told from this record: it lacks {' and '.join(needs)}",
-        )
-        for name, needs in traced.missing.items()
-    ]
-    return (*looked_at, *lacking)
-
-
-def _why_not(traced: Traced, name: str) -> str:
-    gain = traced.steps[0].gains[name]
-    final = traced.final
-    if gain < THRESHOLD:
-        return f"no evidence: log Bayes factor {_told(gain)} where {THRESHOLD:g} is asked for"
-    if name in traced.mechanisms.ids:
-        return (
-            "carries part of the error only; an empirical term carries more of it, so the "
-            "mechanism is not believed"
-        )
-    if final.ids:
-        best = max(traced.steps[0].gains[one] for one in final.ids if one in traced.steps[0].gains)
-        last = next(
-            (step.gains[name] for step in reversed(traced.steps) if name in step.models), gain
-        )
-        beside = " + ".join(one.replace("_", " ") for one in final.ids)
-        if len(traced.steps) > 1 and last < THRESHOLD:
-            return (
-                f"log Bayes factor {_told(gain)} where {best:.1f} was reached; beside {beside} it "
-                f"gains nothing more ({_told(last)})"
-            )
-        return (
-            f"log Bayes factor {_told(last)} beside {beside}, but it would carry too little of the "
-            "error"
-        )
-    return f"log Bayes factor {_told(gain)}, less than an empirical term gains"
-
-
-def _told(gain: float) -> str:
-    """To one decimal, and no minus before a zero."""
-    return f"{round(gain, 1) + 0.0:.1f}"
 
 
 def _strained(base: Model) -> dict[str, float]:
@@ -326,10 +174,3 @@ def _course(traced: Traced, before: Posterior, after: Posterior) -> ResidualCour
         coordinates={**coordinates(reduced.course), "angle": reduced.angle},
         noise=likelihood.noise.white_sd * np.sqrt(traced.final.start.variance),
     )
-
-
-def effect_size(posterior: Posterior, effect_id: str) -> FloatArray:
-    """(draws,) root mean square over the record of what an effect moves the angle by, in rad."""
-    whole, absent = posterior.without_effect(effect_id, _WIDTH_DRAWS)
-    change = whole - absent
-    return np.asarray((change - change.mean(axis=1, keepdims=True)).std(axis=1))

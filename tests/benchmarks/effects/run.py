@@ -29,7 +29,7 @@ import numpy as np
 
 from hdprog.atomic import atomic_write_text
 from hdprog.config import Drive
-from hdprog.discovery.explain import choosing_step
+from hdprog.discovery.found import choosing_step
 from hdprog.discovery.heldout import held_out
 from hdprog.discovery.search import Traced, trace
 from hdprog.discovery.separating import indistinguishable

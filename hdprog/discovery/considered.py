@@ -1,0 +1,81 @@
+"""Effects that were looked at and not added, and why not."""
+
+from __future__ import annotations
+
+from hdprog.discovery.heldout import HeldOut, elpd_difference, held_out
+from hdprog.discovery.pooling import THRESHOLD
+from hdprog.discovery.search import Traced
+from hdprog.explanation import ConsideredEffect
+from hdprog.physics.effects import BY_ID
+
+_WEIGHED = 3  # of the best, by held-out data
+
+
+def considered(traced: Traced, held_before: HeldOut, weigh: bool) -> tuple[ConsideredEffect, ...]:
+    """What was looked at and not added, best first, then what the record cannot show.
+
+    Parameters
+    ----------
+    traced : what the search found
+    held_before : what held-out data say of the drive model alone
+    weigh : whether they weigh the best of the candidates, too
+    """
+    first = traced.steps[0]
+    gains = first.gains
+    looked_at: list[ConsideredEffect] = []
+    for rank, name in enumerate(sorted(gains, key=lambda name: -gains[name])):
+        if name in traced.final.ids:
+            continue
+        gain, error = None, None
+        if weigh and rank < _WEIGHED and gains[name] > 0:
+            held = held_out(traced.prepared, first.models[name])
+            gain, error = elpd_difference(held, held_before)
+        why_not = _why_not(traced, name)
+        looked_at.append(
+            ConsideredEffect(name, BY_ID[name].words, gains[name], gain, error, why_not)
+        )
+    lacking = [
+        ConsideredEffect(
+            name,
+            BY_ID[name].words,
+            None,
+            None,
+            None,
+            f"cannot be told from this record: it lacks {' and '.join(needs)}",
+        )
+        for name, needs in traced.missing.items()
+    ]
+    return (*looked_at, *lacking)
+
+
+def _why_not(traced: Traced, name: str) -> str:
+    gain = traced.steps[0].gains[name]
+    final = traced.final
+    if gain < THRESHOLD:
+        return f"no evidence: log Bayes factor {_told(gain)} where {THRESHOLD:g} is asked for"
+    if name in traced.mechanisms.ids:
+        return (
+            "carries part of the error only; an empirical term carries more of it, so the "
+            "mechanism is not believed"
+        )
+    if final.ids:
+        best = max(traced.steps[0].gains[one] for one in final.ids if one in traced.steps[0].gains)
+        last = next(
+            (step.gains[name] for step in reversed(traced.steps) if name in step.models), gain
+        )
+        beside = " + ".join(one.replace("_", " ") for one in final.ids)
+        if len(traced.steps) > 1 and last < THRESHOLD:
+            return (
+                f"log Bayes factor {_told(gain)} where {best:.1f} was reached; beside {beside} it "
+                f"gains nothing more ({_told(last)})"
+            )
+        return (
+            f"log Bayes factor {_told(last)} beside {beside}, but it would carry too little of the "
+            "error"
+        )
+    return f"log Bayes factor {_told(gain)}, less than an empirical term gains"
+
+
+def _told(gain: float) -> str:
+    """To one decimal, and no minus before a zero."""
+    return f"{round(gain, 1) + 0.0:.1f}"
