@@ -8,17 +8,12 @@ import numpy as np
 
 from hdprog.discovery.considered import considered
 from hdprog.discovery.errors_of_fit import branch_rmse, error_figures
-from hdprog.discovery.found import found_effects
+from hdprog.discovery.found import EFFECT_DRAWS, found_effects
 from hdprog.discovery.heldout import held_out
 from hdprog.discovery.model import Model
 from hdprog.discovery.residuals import carriers, repeatability
 from hdprog.discovery.search import Traced
-from hdprog.explanation import (
-    Carrier,
-    Explanation,
-    ResidualCourse,
-    Verdict,
-)
+from hdprog.explanation import Carrier, Explanation, ResidualCourse, Verdict
 from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared
@@ -30,7 +25,6 @@ from hdprog.physics.parameters import NAMES
 # The drive model alone where it misfits: it shows the shift, and many hardly ever mix well.
 _BESIDE = replace(QUICK, lengths=25.0, first_steps=100, refits=1, most_steps=2000)
 _STRAINED = 2.5  # prior standard deviations
-_WIDTH_DRAWS = 200
 
 
 @dataclass(frozen=True)
@@ -152,7 +146,7 @@ def _course(traced: Traced, before: Posterior, after: Posterior) -> ResidualCour
     unknown = None
     added = np.zeros(reduced.angle.size)
     for effect in likelihood.effects:
-        whole, absent = after.without_effect(effect.id, _WIDTH_DRAWS)
+        whole, absent = after.without_effect(effect.id, EFFECT_DRAWS)
         added += np.median(whole - absent, axis=0)
     if likelihood.noise.term is not None:
         model = traced.final

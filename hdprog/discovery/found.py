@@ -23,7 +23,8 @@ UNKNOWN_ADVICE = (
     "the drawn course for what happens there (a contact, a bearing, the rig's control), and rely "
     "on the figures only as far as their shift allows."
 )
-_SIZE_DRAWS = 200
+EFFECT_DRAWS = 200
+"""Of a posterior, from which what an effect moves is told."""
 
 
 def found_effects(
@@ -113,6 +114,6 @@ def choosing_step(steps: Sequence[Step], chosen: str) -> Step | None:
 
 def effect_size(posterior: Posterior, effect_id: str) -> FloatArray:
     """(draws,) root mean square over the record of what an effect moves the angle by, in rad."""
-    whole, absent = posterior.without_effect(effect_id, _SIZE_DRAWS)
+    whole, absent = posterior.without_effect(effect_id, EFFECT_DRAWS)
     change = whole - absent
     return np.asarray((change - change.mean(axis=1, keepdims=True)).std(axis=1))

@@ -37,7 +37,9 @@ _DIRECTIONS, _SHIFTS = 16, 4  # of widest shifts, and how many shifts a sweep ta
 _WRITTEN = 120  # numbers of all tests' states up to which all chains are offered others each sweep
 _FIRST_REACH = 2.0  # of the Gaussian step's spread along a direction
 _TAKEN = 0.35  # share of shifts that the reach is made for
+_STRIDE = 2.4  # over the root of twice the dimensions: best for a Gaussian (ter Braak 2006)
 _STRIDES = 0.7  # spread of the stride's logarithm
+_ADAPT = 0.5  # of the stride's logarithm, by the share taken
 _FOLLOWING = 0.25  # share of these moves that the stride is made for
 
 
@@ -68,7 +70,7 @@ class Chains:
         self._along = np.concatenate([self._at.widest(_DIRECTIONS), along_ridges(maps, size)])
         self._reach = np.full(len(self._along), _FIRST_REACH)
         self._parts = parts(maps, size)
-        self._stride = np.full(len(self._parts), 2.4 / np.sqrt(2.0 * start.states[0].size))
+        self._stride = np.full(len(self._parts), _STRIDE / np.sqrt(2.0 * start.states[0].size))
 
     def warm_up(self) -> None:
         """From the Gaussian step to the posterior: the weight comes in by and by.
@@ -100,7 +102,7 @@ class Chains:
         for place in range(len(self._parts)):
             taken = self._follow_others(place)
             if self._sweeps < _WARM_UP:
-                self._stride[place] *= np.exp(0.5 * (taken - _FOLLOWING))
+                self._stride[place] *= np.exp(_ADAPT * (taken - _FOLLOWING))
         self._sweeps += 1
 
     def _learn_own(self, lately: Sequence[Tangents]) -> None:

@@ -10,8 +10,8 @@ from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.ridge_map import RidgeMap
 
 _COUNT = len(NAMES)
-_PARTS = ((2, 3, 4), (5, 6, 7), tuple(range(_COUNT)))
-"""Ridge coordinates by what they are of: cup and teeth, friction, and all together."""
+_PARTS = ([2, 3, 4], [5, 6, 7])
+"""Ridge coordinates by what they are of: cup and teeth, and friction."""
 _UNITS = np.array([0.05, 0.3, 1.0, 1.0, 3.0, 0.3, 0.3, 0.05])
 """Of the ridge coordinates: how far they may lie from where a loop is linearised, by size."""
 
@@ -29,9 +29,9 @@ def along_ridges(maps: Sequence[RidgeMap], size: int) -> FloatArray:
     (8, tests, n)
     """
     shifts = np.zeros((_COUNT, len(maps), size))
-    for test, (_, inverse) in enumerate(_frames(maps)):
-        if np.isfinite(inverse).all():
-            shifts[:, test, :_COUNT] = (inverse * _UNITS).T
+    for test, one in enumerate(maps):
+        if one.inverse is not None:
+            shifts[:, test, :_COUNT] = (one.inverse * _UNITS).T
     return shifts
 
 
@@ -40,22 +40,11 @@ def parts(maps: Sequence[RidgeMap], size: int) -> FloatArray:
 
     The last part is the difference as it is. Loops without a ridge have no other.
     """
-    found = np.zeros((len(_PARTS), len(maps), size, size))
+    found = np.zeros((len(_PARTS) + 1, len(maps), size, size))
     found[-1] = np.eye(size)
-    for test, (derivative, inverse) in enumerate(_frames(maps)):
-        if np.isfinite(inverse).all():
-            for number, part in enumerate(_PARTS[:-1]):
-                chosen = list(part)
-                found[number, test, :_COUNT, :_COUNT] = inverse[:, chosen] @ derivative[chosen]
-    return found
-
-
-def _frames(maps: Sequence[RidgeMap]) -> list[tuple[FloatArray, FloatArray]]:
-    """Derivative of each loop's ridge coordinates (8, 8) and its inverse; not numbers without."""
-    found = []
-    for one in maps:
-        _, derivative = one.ridge
-        has_ridge = np.isfinite(derivative).all()
-        inverse = np.linalg.inv(derivative) if has_ridge else np.full(derivative.shape, np.nan)
-        found.append((derivative, np.asarray(inverse)))
+    for test, one in enumerate(maps):
+        if one.inverse is not None:
+            _, derivative = one.ridge
+            for number, part in enumerate(_PARTS):
+                found[number, test, :_COUNT, :_COUNT] = one.inverse[:, part] @ derivative[part]
     return found

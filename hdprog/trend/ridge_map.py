@@ -69,6 +69,12 @@ class RidgeMap:
             derivative = (flat[1 : _COUNT + 1] - flat[_COUNT + 1 :]) / (2 * _DIFFERENCE)
         return flat[0], derivative.T
 
+    @cached_property
+    def inverse(self) -> FloatArray | None:
+        """(8, 8) derivative of the wear coordinates by those of the ridge; None without a ridge."""
+        _, derivative = self.ridge
+        return np.asarray(np.linalg.inv(derivative)) if np.isfinite(derivative).all() else None
+
 
 def onto_ridges(maps: Sequence[RidgeMap], tangents: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Wear coordinates of draws on the tangents of several loops' ridges.

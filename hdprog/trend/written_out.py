@@ -97,7 +97,7 @@ class WrittenOut:
     def numbers_of_states(
         self, states: FloatArray, rows: NDArray[np.intp] | None = None
     ) -> FloatArray:
-        """The numbers (draws, N) that make these states (draws, tests, n); rows as below."""
+        """The numbers (draws, N) that make states (draws, tests, n); rows as in `log_weight`."""
         centre, factor = self.centre, self.factor
         if rows is not None:
             centre, factor = centre[rows], factor[rows]
