@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hdprog.config import Drive
 from hdprog.data.drive_folder import DriveFolder
 from hdprog.data.finished_runs import FinishedRun, FinishedRuns
 from hdprog.forecast.crossing import forecast
 from hdprog.inference.posterior import Posterior
 from hdprog.physics.effects.base import Effect
+from hdprog.physics.figures import Operation
 from hdprog.results import Forecast, LoadScenario, TrendSummary
-from hdprog.trend.fitting import fit_trend
+from hdprog.trend.fitting import TrendUnderWay, begin_trend
 from hdprog.trend.fleet import FleetPrior, Said
 from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.joint_refit import BESIDE, Effort
 from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.steady_pace import SteadySaid, Told, pooled_fleet
-from hdprog.trend.trend import Trend
 from hdprog.trend.wear_clock import hours_by_load, pace_of_load
 from hdprog.trend.wear_prior import WearPrior
 
@@ -33,70 +35,106 @@ class Outlook:
     scenarios: tuple[LoadScenario, ...]
 
 
-def outlook(
+@dataclass(frozen=True)
+class OutlookUnderWay:
+    """A drive whose trend may still be sampled in other processes.
+
+    Attributes
+    ----------
+    drive, operation : what is declared of it, and what figures refer to
+    trend : under way
+    others : finished runs of other drives of the fleet to learn from; None for none
+    seed : of the forecasts
+    """
+
+    drive: Drive
+    operation: Operation
+    trend: TrendUnderWay
+    others: FinishedRuns | None
+    seed: np.random.SeedSequence
+
+    def outlook(self, loads: Sequence[float]) -> Outlook:
+        """Wait for the trend and forecast the limits.
+
+        Parameters
+        ----------
+        loads : torques to come over the torque so far, forecast from the same random numbers
+        """
+        trend, rng = self.trend.trend(), np.random.default_rng(self.seed)
+        forecasts = forecast(trend, self.drive, self.operation, rng)
+        scenarios = tuple(
+            LoadScenario(
+                load,
+                forecast(
+                    trend,
+                    self.drive,
+                    self.operation,
+                    np.random.default_rng(self.seed),
+                    load_factor=pace_of_load(load),
+                ),
+            )
+            for load in loads
+        )
+        summary = trend.summary(self.drive, self.operation, rng)
+        if summary.fleet is not None and self.others is not None:
+            fleet = replace(summary.fleet, left_out=self.others.left_out)
+            summary = replace(summary, fleet=fleet)
+        return Outlook(summary, forecasts, scenarios)
+
+    def forecasts(self) -> tuple[Forecast, ...]:
+        """Wait for the trend; its forecasts alone."""
+        rng = np.random.default_rng(self.seed)
+        return forecast(self.trend.trend(), self.drive, self.operation, rng)
+
+
+def begin_outlook(
     folder: DriveFolder,
     posteriors: tuple[Posterior, ...],
     lasting: tuple[Effect, ...],
-    loads: Sequence[float],
     wear_prior: WearPrior,
     others: FinishedRuns | None,
     seeds: Sequence[np.random.SeedSequence],
     quick: bool,
-) -> Outlook:
-    """Fit the trend over a drive's tests and forecast its limits.
+    executor: Executor | None,
+    joint_effort: Effort | None = None,
+) -> OutlookUnderWay:
+    """Begin the trend over a drive's tests, up to its longest part, which is set going.
 
     Parameters
     ----------
     folder, posteriors : the tests and their posteriors, in the same order
     lasting : effects that wear has brought, followed as part of the state
-    loads : torques to come over the torque so far, forecast from the same random numbers
     wear_prior : as its file gives it
     others : finished runs of other drives of the fleet to learn from; None for none
     seeds : of the trend, and of the forecasts
     quick : fewer draws
+    executor : samples loops and trend in parts side by side; in this process if None
+    joint_effort : of that; what `quick` says if None
     """
-    trend = _trend(folder, posteriors, lasting, wear_prior, others, seeds[0], quick)
-    rng = np.random.default_rng(seeds[1])
-    operation = posteriors[0].operation
-    forecasts = forecast(trend, folder.drive, operation, rng)
-    scenarios = tuple(
-        LoadScenario(
-            load,
-            forecast(
-                trend,
-                folder.drive,
-                operation,
-                np.random.default_rng(seeds[1]),
-                load_factor=pace_of_load(load),
-            ),
-        )
-        for load in loads
+    trend = _begin_trend(
+        folder, posteriors, lasting, wear_prior, others, seeds[0], quick, executor, joint_effort
     )
-    summary = trend.summary(folder.drive, operation, rng)
-    if summary.fleet is not None and others is not None:
-        summary = replace(summary, fleet=replace(summary.fleet, left_out=others.left_out))
-    return Outlook(summary, forecasts, scenarios)
+    return OutlookUnderWay(folder.drive, posteriors[0].operation, trend, others, seeds[1])
 
 
-def forecasts_beside(
+def begin_beside(
     folder: DriveFolder,
     posteriors: tuple[Posterior, ...],
     wear_prior: WearPrior,
     others: FinishedRuns | None,
     seeds: Sequence[np.random.SeedSequence],
-) -> tuple[Forecast, ...]:
-    """Forecasts alone, for comparison, over posteriors without effects; from fewer draws.
+    executor: Executor | None,
+) -> OutlookUnderWay:
+    """Begin forecasts for comparison, over posteriors without effects; from fewer draws.
 
-    Parameters as in `outlook`.
+    Parameters as in `begin_outlook`.
     """
-    trend = _trend(
-        folder, posteriors, (), wear_prior, others, seeds[0], quick=True, joint_effort=BESIDE
+    return begin_outlook(
+        folder, posteriors, (), wear_prior, others, seeds, True, executor, joint_effort=BESIDE
     )
-    rng = np.random.default_rng(seeds[1])
-    return forecast(trend, folder.drive, posteriors[0].operation, rng)
 
 
-def _trend(
+def _begin_trend(
     folder: DriveFolder,
     posteriors: tuple[Posterior, ...],
     lasting: tuple[Effect, ...],
@@ -104,8 +142,9 @@ def _trend(
     others: FinishedRuns | None,
     seed: np.random.SeedSequence,
     quick: bool,
-    joint_effort: Effort | None = None,
-) -> Trend:
+    executor: Executor | None,
+    joint_effort: Effort | None,
+) -> TrendUnderWay:
     followed = None
     if lasting:
         found = [(one.likelihood.reduced.course.scales, one.effect_values) for one in posteriors]
@@ -122,7 +161,7 @@ def _trend(
             folder.tests, posteriors, by_load or [None] * len(hours), strict=True
         )
     )
-    return fit_trend(
+    return begin_trend(
         evidence,
         posteriors[0].prior,
         wear_prior if others is None else wear_prior.learnt_from(pooled(others)),
@@ -131,6 +170,7 @@ def _trend(
         alpha=folder.drive.alpha,
         followed=followed,
         joint_effort=joint_effort,
+        executor=executor,
     )
 
 

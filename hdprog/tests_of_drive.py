@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import TypeVar
@@ -70,7 +70,7 @@ def fit_tests(
     """
     count = len(loops)
     jobs = (loops, folder.tests, [folder.drive] * count, [prior] * count, seeds, [plan] * count)
-    return _counted(spread_over(executor)(_fit, *jobs), "fits", count, progress)
+    return list(_counted(spread_over(executor)(_fit, *jobs), "fits", count, progress))
 
 
 def trace_tests(
@@ -106,7 +106,7 @@ def fit_traced(
     """Fit every test with what was found in it; parameters as in `fit_tests`."""
     sampling = [_children(seed)[2] for seed in seeds]
     fitted = spread_over(executor)(_sample, traced, folder.tests, sampling, [plan] * len(traced))
-    return _counted(fitted, "fits", len(traced), progress)
+    return list(_counted(fitted, "fits", len(traced), progress))
 
 
 def close_tests(
@@ -116,8 +116,8 @@ def close_tests(
     seeds: Sequence[np.random.SeedSequence],
     executor: Executor | None,
     progress: Progress | None = None,
-) -> list[Closed]:
-    """Hold every test's fit against the drive model alone; parameters as in `fit_tests`.
+) -> Iterator[Closed]:
+    """Begin to hold every test's fit against the drive model alone; parameters as in `fit_tests`.
 
     The trend goes on beside it, and is the last thing that is done of that stage.
     """
@@ -135,13 +135,11 @@ def _children(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:
 
 def _counted(
     results: Iterable[Result], stage: str, total: int, progress: Progress | None
-) -> list[Result]:
-    found: list[Result] = []
-    for one in results:
-        found.append(one)
+) -> Iterator[Result]:
+    for number, one in enumerate(results, start=1):
         if progress is not None:
-            progress(stage, len(found), total)
-    return found
+            progress(stage, number, total)
+        yield one
 
 
 def _fit(

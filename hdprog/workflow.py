@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -15,8 +15,8 @@ from hdprog.data.drive_folder import read_drive_folder, read_test_loop
 from hdprog.data.finished_runs import read_finished_runs
 from hdprog.data.loop import Loop
 from hdprog.discovery.drive import brought_by_wear, explain_drive
+from hdprog.discovery.explain import Closed, sample_base, sample_final
 from hdprog.discovery.explain import explain as explain_loop
-from hdprog.discovery.explain import sample_base, sample_final
 from hdprog.discovery.search import trace
 from hdprog.errors import UsageError
 from hdprog.inference.fit_loop import fit_loop
@@ -232,7 +232,7 @@ def run(
         for anything in the folder that cannot be used, or a fleet without a finished run
     """
     from hdprog.forecast.crossing import require_horizon_ahead
-    from hdprog.outlook_of_drive import forecasts_beside, outlook
+    from hdprog.outlook_of_drive import begin_beside, begin_outlook
     from hdprog.trend.wear_prior import read_wear_prior
 
     _require_loads(loads)
@@ -266,20 +266,26 @@ def run(
         started = time.perf_counter()
         worn = brought_by_wear(posteriors, hours) if explain else ()
         shared = (wear_prior, others, seeds[-2:])
-        # The one long piece of work that cannot be divided; the rest goes on beside it.
-        ahead = begin(executor, outlook, folder, posteriors, worn, loads, *shared, quick)
+        closing: Iterator[Closed] = iter(())
         if explain:
-            closed = close_tests(folder, traced, fitted, of_tests, executor, progress)
+            closing = close_tests(folder, traced, fitted, of_tests, executor, progress)
+        # What is done here goes on beside the workers, which sample the trend behind the closing.
+        ahead = begin_outlook(folder, posteriors, worn, *shared, quick, executor)
+        beside = None
+        if explain:
+            closed = list(closing)
             explanation = explain_drive(traced, closed)
-            without = None
             if explanation.effects and folder.drive.limits:
-                without = forecasts_beside(folder, tuple(one.before for one in closed), *shared)
+                before = tuple(one.before for one in closed)
+                beside = begin_beside(folder, before, *shared, executor)
+        found = ahead.outlook(loads)
+        if explanation is not None:
+            without = found.forecasts if beside is None else beside.forecasts()
             explanation = replace(
                 explanation,
-                remaining_hours_before=_remaining(without or ahead.result().forecasts),
-                remaining_hours_after=_remaining(ahead.result().forecasts),
+                remaining_hours_before=_remaining(without),
+                remaining_hours_after=_remaining(found.forecasts),
             )
-        found = ahead.result()
     seconds["outlook"] = time.perf_counter() - started
     if progress is not None:
         progress("trend", parts, parts)

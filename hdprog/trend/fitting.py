@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,7 +26,7 @@ from hdprog.trend.hyperparameters import (
 from hdprog.trend.joint_refit import FULL as JOINT_FULL
 from hdprog.trend.joint_refit import QUICK as JOINT_QUICK
 from hdprog.trend.joint_refit import Effort as JointEffort
-from hdprog.trend.joint_refit import Met, met_by_tests
+from hdprog.trend.joint_refit import Met, begin_meeting
 from hdprog.trend.joint_start import best_start
 from hdprog.trend.relinearise import JointMode, JointPrior, joint_mode, moved
 from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
@@ -36,6 +38,44 @@ from hdprog.trend.wear_prior import WearPrior
 
 _MOVED_ENOUGH = 0.3  # posterior spreads per coordinate after which the loops are taken anew
 _ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class TrendUnderWay:
+    """A trend whose joint sampling may still be under way in other processes.
+
+    Attributes
+    ----------
+    tests, prior, wear_prior, clock, mode, draws, followed : as in `Trend`
+    distance : how far the last linearisation moved, in posterior spreads
+    meeting : waits for what the tests met
+    """
+
+    tests: tuple[LoopEvidence, ...]
+    prior: Prior
+    wear_prior: WearPrior
+    clock: ServiceClock
+    mode: JointMode
+    draws: HyperparameterDraws
+    distance: float
+    meeting: Callable[[], Met]
+    followed: FollowedEffects | None
+
+    def trend(self) -> Trend:
+        """Wait for the sampling, and put the trend together."""
+        met = self.meeting()
+        said = _warnings(self.tests, self.mode, self.draws, met, self.distance, self.wear_prior)
+        return Trend(
+            self.tests,
+            self.prior,
+            self.wear_prior,
+            self.clock,
+            self.mode,
+            self.draws,
+            met,
+            said,
+            self.followed,
+        )
 
 
 def fit_trend(
@@ -65,6 +105,36 @@ def fit_trend(
     ------
     BadInputError
         without tests, or for hours or events that cannot be
+    """
+    return begin_trend(
+        evidence,
+        prior,
+        wear_prior,
+        rng,
+        quick=quick,
+        alpha=alpha,
+        followed=followed,
+        joint_effort=joint_effort,
+    ).trend()
+
+
+def begin_trend(
+    evidence: Sequence[LoopEvidence],
+    prior: Prior,
+    wear_prior: WearPrior,
+    rng: np.random.Generator,
+    quick: bool = False,
+    alpha: float = DEFAULT_ALPHA,
+    followed: FollowedEffects | None = None,
+    joint_effort: JointEffort | None = None,
+    executor: Executor | None = None,
+) -> TrendUnderWay:
+    """Begin to fit the trend: all of `fit_trend` but the joint sampling, which is set going.
+
+    Parameters
+    ----------
+    executor : runs the joint sampling's parts side by side; in this process if None
+    evidence, prior, wear_prior, rng, quick, alpha, followed, joint_effort : as in `fit_trend`
     """
     tests = in_order(evidence)
     if followed is not None:
@@ -110,9 +180,9 @@ def fit_trend(
     step = GaussianStep.of(
         tests, found, timeline, state_prior, wear_prior, alpha, prior.softplus_scale
     )
-    met = met_by_tests(step, draws, rng, joint_effort or (JOINT_QUICK if quick else JOINT_FULL))
-    said = _warnings(tests, final, draws, met, distance, wear_prior)
-    return Trend(tests, prior, wear_prior, clock, final, draws, met, said, followed)
+    effort_of_all = joint_effort or (JOINT_QUICK if quick else JOINT_FULL)
+    meeting = begin_meeting(step, draws, rng, effort_of_all, executor)
+    return TrendUnderWay(tests, prior, wear_prior, clock, final, draws, distance, meeting, followed)
 
 
 def _warnings(

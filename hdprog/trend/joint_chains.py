@@ -27,8 +27,6 @@ from hdprog.trend.ridge_frames import along_ridges, parts
 from hdprog.trend.wear_coordinates import to_loop
 from hdprog.trend.written_out import WrittenOut, with_rows
 
-GROUPS = 4
-"""Of chains; those of different groups know nothing of each other, and R-hat compares groups."""
 _WARM_UP = 20
 _FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
 _LEARN = 5  # sweeps
@@ -44,10 +42,13 @@ _FOLLOWING = 0.25  # share of these moves that the stride is made for
 
 
 class Chains:
-    """Independent chains side by side; they are changed in place.
+    """Chains side by side; they are changed in place.
 
     Attributes
     ----------
+    groups : of chains, of the same size and one after the other; those of different groups know
+        nothing of where the others are
+    sweeps : so far, the warm-up's included
     deviates : (chains, k) of the hyperparameters
     met : (chains, tests, n) what the tests met
     """
@@ -58,10 +59,11 @@ class Chains:
         draws: HyperparameterDraws,
         deviates: FloatArray,
         start: Tangents,
+        groups: int,
         rng: np.random.Generator,
     ) -> None:
         self._step, self._draws, self._rng = step, draws, rng
-        self._sweeps, self._share = 0, 1.0
+        self.groups, self.sweeps, self._share = groups, 0, 1.0
         self.deviates, self._at = deviates, WrittenOut.of(step, deviates)
         self._tangents, self._numbers = start, self._at.numbers_of(start)
         self._own = self._at.own
@@ -91,19 +93,19 @@ class Chains:
         self._turn_own()
         self._turn_states()
         self._offer_others()
-        if self._sweeps % _FRESH == 0:
+        if self.sweeps % _FRESH == 0:
             # Tails that a turn hardly finds are entered, and left, by draws of their own.
             fresh = self._rng.standard_normal(self._numbers.shape)
             self._offer(np.arange(len(fresh)), self.deviates, self._at, fresh)
         for place in self._rng.permutation(len(self._along))[:_SHIFTS]:
             taken = self._shift(place)
-            if self._sweeps < _WARM_UP:
+            if self.sweeps < _WARM_UP:
                 self._reach[place] *= np.exp(taken - _TAKEN)
         for place in range(len(self._parts)):
             taken = self._follow_others(place)
-            if self._sweeps < _WARM_UP:
+            if self.sweeps < _WARM_UP:
                 self._stride[place] *= np.exp(_ADAPT * (taken - _FOLLOWING))
-        self._sweeps += 1
+        self.sweeps += 1
 
     def _learn_own(self, lately: Sequence[Tangents]) -> None:
         """Take Gaussians of the tests' own numbers from draws; every chain stays where it is."""
@@ -183,10 +185,10 @@ class Chains:
         (ter Braak, Statistics and Computing 16 (2006) 239).
         """
         rng, count = self._rng, len(self.deviates)
-        order = rng.permuted(np.arange(count).reshape(GROUPS, -1), axis=1)
+        order = rng.permuted(np.arange(count).reshape(self.groups, -1), axis=1)
         taken = []
         for half in np.array_split(order, 2, axis=1):
-            stay = np.setdiff1d(order, half).reshape(GROUPS, -1)
+            stay = np.setdiff1d(order, half).reshape(self.groups, -1)
             candidates = np.repeat(stay[:, None], half.shape[1], axis=1)
             one, other = np.moveaxis(rng.permuted(candidates, axis=2)[..., :2], -1, 0)
             apart = self._tangents.states[one.ravel()] - self._tangents.states[other.ravel()]

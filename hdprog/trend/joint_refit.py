@@ -7,22 +7,29 @@ Where it is not, all loops and the trend are sampled together (see `joint_chains
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from hdprog.inference.diagnostics import diagnose
 from hdprog.inference.lazy_arviz import arviz
+from hdprog.parallel import begin
 from hdprog.physics.parameters import FloatArray
-from hdprog.trend.gaussian_step import GaussianStep
+from hdprog.trend.gaussian_step import GaussianStep, Tangents
 from hdprog.trend.hyperparameters import HyperparameterDraws
-from hdprog.trend.joint_chains import GROUPS, Chains
+from hdprog.trend.joint_chains import Chains
 
+GROUPS = 4
+"""Of chains that know nothing of each other; R-hat compares them."""
+_PARTS = 2  # of the groups, whatever the cores: the draws depend on it
 HIGHEST_K = 0.5
 """Pareto k above which the weights have no variance. Up to 0.7 a mean may still be estimated, but
 at 0.6 draws of these many dimensions were a third of a spread away from the posterior."""
 _WEIGHTED = 4000
-_EVERY = 2  # sweeps between kept ones
+_EVERY = 2  # of the sweeps is kept
 RHAT_LIMIT = 1.1
 """On a hundred effective draws R-hat itself scatters by some hundredths."""
 _FEWEST_EFFECTIVE = 400.0  # weighted draws
@@ -88,31 +95,49 @@ def met_by_tests(
 ) -> Met:
     """Draw hyperparameters and what every test met, given all loops as they are.
 
+    Parameters as in `begin_meeting`.
+    """
+    return begin_meeting(step, draws, rng, effort)()
+
+
+def begin_meeting(
+    step: GaussianStep,
+    draws: HyperparameterDraws,
+    rng: np.random.Generator,
+    effort: Effort,
+    executor: Executor | None = None,
+) -> Callable[[], Met]:
+    """Begin `met_by_tests`, and wait for it only when what this returns is called.
+
     Parameters
     ----------
     step : the Gaussian step
     draws : of the hyperparameters, by the Gaussian step
     rng : source of randomness
     effort : of the joint sampling
+    executor : runs the parts of the joint sampling side by side; in this process if None
     """
     deviates = draws.thinned(_WEIGHTED, rng)
     numbers = rng.standard_normal((_WEIGHTED, step.numbers(deviates)))
     at = step.at(deviates)
     tangents = at.tangents(numbers)
     if step.gaussian:
-        return Met(deviates, tangents.states)
+        return partial(Met, deviates, tangents.states)
     log_weight, met = at.log_weight(tangents)
     if not np.isfinite(log_weight).any():
-        return Met(deviates, tangents.states, pareto_k=np.inf, converged=False)
+        return partial(Met, deviates, tangents.states, pareto_k=np.inf, converged=False)
     smoothed, pareto_k = _smoothed(log_weight)
     effective = float(1.0 / np.sum(smoothed**2))
     if pareto_k <= HIGHEST_K and effective > _FEWEST_EFFECTIVE:
         chosen = rng.choice(_WEIGHTED, _WEIGHTED, p=smoothed)
-        return Met(deviates[chosen], met[chosen], pareto_k, worth=effective)
+        return partial(Met, deviates[chosen], met[chosen], pareto_k, worth=effective)
     # Draws by the Gaussian step as they are: wider than the posterior, and no two the same.
     start = np.resize(np.flatnonzero(np.isfinite(log_weight)), GROUPS * effort.chains)
-    chains = Chains(step, draws, deviates[start], tangents.rows(start), rng)
-    return _sampled(chains, pareto_k, effort)
+    parts = [
+        begin(executor, _first_run, step, draws, deviates[rows], tangents.rows(rows), own, effort)
+        for rows, own in zip(np.split(start, _PARTS), rng.spawn(_PARTS), strict=True)
+    ]
+    return partial(_sampled, parts, pareto_k, effort, executor)
 
 
 def _smoothed(log_weight: FloatArray) -> tuple[FloatArray, float]:
@@ -124,23 +149,62 @@ def _smoothed(log_weight: FloatArray) -> tuple[FloatArray, float]:
     return weight / weight.sum(), float(k)
 
 
-def _sampled(chains: Chains, pareto_k: float, effort: Effort) -> Met:
-    """Run until the draws may be trusted, or to the bound."""
+@dataclass(frozen=True)
+class _Run:
+    """Some sweeps of a part of the chains.
+
+    Attributes
+    ----------
+    chains : where they stand
+    deviates, measured : (kept, chains, k) and (kept, chains, tests, n)
+    """
+
+    chains: Chains
+    deviates: FloatArray
+    measured: FloatArray
+
+
+def _first_run(
+    step: GaussianStep,
+    draws: HyperparameterDraws,
+    deviates: FloatArray,
+    start: Tangents,
+    rng: np.random.Generator,
+    effort: Effort,
+) -> _Run:
+    chains = Chains(step, draws, deviates, start, GROUPS // _PARTS, rng)
     chains.warm_up()
+    return _run_on(chains, effort.sweeps)
+
+
+def _run_on(chains: Chains, sweeps: int) -> _Run:
+    deviates, measured = [], []
+    for number in range(sweeps):
+        chains.sweep()
+        if number % _EVERY == _EVERY - 1:
+            deviates.append(chains.deviates.copy())
+            measured.append(chains.met.copy())
+    return _Run(chains, np.array(deviates), np.array(measured))
+
+
+def _sampled(
+    parts: Sequence[Future[_Run]], pareto_k: float, effort: Effort, executor: Executor | None
+) -> Met:
+    """Run until the draws may be trusted, or to the bound."""
     deviates: list[FloatArray] = []
     measured: list[FloatArray] = []
     sweeps = effort.sweeps
     while True:
-        for number in range(len(deviates) * _EVERY, sweeps):
-            chains.sweep()
-            if number % _EVERY == _EVERY - 1:
-                deviates.append(chains.deviates.copy())
-                measured.append(chains.met.copy())
-        found = _diagnosed(np.array(deviates), np.array(measured), pareto_k, effort)
+        runs = [part.result() for part in parts]
+        deviates.append(np.concatenate([run.deviates for run in runs], axis=1))
+        measured.append(np.concatenate([run.measured for run in runs], axis=1))
+        found = _diagnosed(np.concatenate(deviates), np.concatenate(measured), pareto_k, effort)
         enough = found.converged and (found.ess or 0.0) >= effort.ess
         if enough or sweeps >= effort.largest_sweeps:
             return found
-        sweeps = min(sweeps + effort.sweeps // 4, effort.largest_sweeps)
+        further = min(effort.sweeps // 4, effort.largest_sweeps - sweeps)
+        parts = [begin(executor, _run_on, run.chains, further) for run in runs]
+        sweeps += further
 
 
 def _diagnosed(deviates: FloatArray, measured: FloatArray, pareto_k: float, effort: Effort) -> Met:
