@@ -31,7 +31,10 @@ def refits(
     effects : candidates that the record can show
     spread : map over the candidates, e.g. an executor's
     """
-    found = spread(_refit, [model] * len(effects), effects)
+    beside = [_beside_white(model)]
+    if model.likelihood.noise.whitening is not None:
+        beside.append(model)
+    found = spread(_refit, [beside] * len(effects), effects)
     return {effect.id: refitted for effect, refitted in zip(effects, found, strict=True)}
 
 
@@ -56,14 +59,11 @@ def refits_again(
     return dict(zip(candidates, found, strict=True))
 
 
-def _refit(model: Model, effect: Effect) -> Model:
+def _refit(beside: Sequence[Model], effect: Effect) -> Model:
     """Beside white noise and beside the model's own, whichever says more for the effect."""
-    beside = [_beside_white(model)]
-    if model.likelihood.noise.whitening is not None:
-        beside.append(model)
     found = []
     for simpler in beside:
-        wider = replace(simpler.likelihood, effects=(*model.likelihood.effects, effect))
+        wider = replace(simpler.likelihood, effects=(*simpler.likelihood.effects, effect))
         starts = effect_starts(wider, simpler.starts)
         found += _settled(Model(wider, tuple(starts)), simpler)
     return max(found, key=lambda candidate: candidate.log_evidence)

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from hdprog.discovery.candidates import without
+from hdprog.discovery.forward_step import Step
 from hdprog.discovery.heldout import HeldOut, elpd_difference, held_out
 from hdprog.discovery.model import Model
 from hdprog.discovery.pooling import share
-from hdprog.discovery.search import Step, Traced
+from hdprog.discovery.search import Traced
 from hdprog.discovery.separating import indistinguishable, separating_test
 from hdprog.explanation import UNKNOWN, FoundEffect
 from hdprog.inference.posterior import Posterior

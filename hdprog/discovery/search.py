@@ -14,11 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from hdprog.discovery.candidates import refits, refits_again, without
+from hdprog.discovery.candidates import without
 from hdprog.discovery.empirical import with_unknown
+from hdprog.discovery.forward_step import Step, forward_steps
 from hdprog.discovery.model import Model
 from hdprog.discovery.pooling import THRESHOLD, pooled, refitted, share_of
-from hdprog.discovery.unknown import TermGain, term_gains
+from hdprog.discovery.unknown import TermGain
 from hdprog.inference.effect_starts import unmet
 from hdprog.inference.prepare import Prepared, settle_noise
 from hdprog.physics.effects import EFFECTS
@@ -31,33 +32,6 @@ CLEARING_SHARE = 0.02
 _CLEARED = 0.25
 _MOST_EFFECTS = 4
 _MOST_STEPS = 7
-_STRUCTURE = 2.0  # log evidence below which nothing is worth a thorough search
-_PROMISING = 4  # candidates that are searched thoroughly where one leads clearly
-_OUT_OF_REACH = 0.5  # log evidence below which a thorough search has not lifted any to the fore
-
-
-@dataclass(frozen=True)
-class Step:
-    """One forward step on one record.
-
-    Attributes
-    ----------
-    before : model that candidates were added to
-    models : the refitted candidates by id
-    terms : empirical terms by coordinate
-    """
-
-    before: Model
-    models: Mapping[str, Model]
-    terms: Mapping[str, TermGain]
-
-    @property
-    def gains(self) -> Mapping[str, float]:
-        """Gain of log evidence of each candidate."""
-        return {
-            name: model.log_evidence - self.before.log_evidence
-            for name, model in self.models.items()
-        }
 
 
 @dataclass(frozen=True)
@@ -114,16 +88,14 @@ def trace(
     ]
     steps: list[list[Step]] = [[] for _ in records]
     taken: list[str] = []
+    made: list[Step] = []
     remaining: list[Mapping[str, TermGain]] | None = None
     for _ in range(_MOST_STEPS):
         offered = [
             [effect for effect in effects if effect.id not in taken and not lacking[effect.id]]
             for lacking in missing
         ]
-        if inner is not None:
-            now = [_step(*job, inner) for job in zip(models, offered, _children(rngs), strict=True)]
-        else:
-            now = list(spread(_step, models, offered, _children(rngs)))
+        now = made = forward_steps(models, offered, made, _children(rngs), spread, inner)
         chosen = _choose(now, bases, further=bool(taken))
         if chosen is not None:
             now = _fairly(now, chosen, _children(rngs), spread)
@@ -181,28 +153,6 @@ def _carries(bases: Sequence[Model], before: Sequence[Model], after: Sequence[Mo
     )
     wanted = CLEARING_SHARE if right < _CLEARED * left else FURTHER_SHARE
     return share_of(base, left, right) >= wanted
-
-
-def _step(
-    model: Model,
-    effects: Sequence[Effect],
-    rng: np.random.Generator,
-    spread: Callable[..., Iterable[Any]] = map,
-) -> Step:
-    models = dict(refits(model, effects, spread=spread))
-    terms = term_gains(model)
-    gains = {name: found.log_evidence - model.log_evidence for name, found in models.items()}
-    best = max(gains.values(), default=0.0)
-    empirical = max(term.gain for term in terms.values())
-    if max(best, empirical) > _STRUCTURE:
-        # Where one candidate does as well as a free function, few others need a second look.
-        leading = sorted(gains, key=lambda name: -gains[name])
-        clear = best > max(empirical, THRESHOLD)
-        leading = leading[: _PROMISING if clear else 2 * _PROMISING]
-        again = {name: models[name] for name in leading if gains[name] > _OUT_OF_REACH}
-        for name, found in refits_again(model, again, rng, spread=spread).items():
-            models[name] = max(models[name], found, key=lambda one: one.log_evidence)
-    return Step(model, models, terms)
 
 
 def _fairly(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
+from hdprog.discovery.forward_step import Step
 from hdprog.discovery.model import Model
 from hdprog.discovery.pooling import pooled
-from hdprog.discovery.search import Step
 
 _AS_GOOD = 3.0  # log evidence: odds of twenty to one
 _ALIKE = 0.03  # of the explained error: less than an effect's shape is known to

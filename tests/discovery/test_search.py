@@ -7,7 +7,7 @@ How often the search is right over many loops is measured by tests/benchmarks/ef
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from types import SimpleNamespace
@@ -18,6 +18,8 @@ import pytest
 
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
+from hdprog.discovery import forward_step
+from hdprog.discovery.candidates import refits
 from hdprog.discovery.model import Model
 from hdprog.discovery.pooling import THRESHOLD, pooled, share
 from hdprog.discovery.search import Traced, base_model, trace
@@ -26,6 +28,7 @@ from hdprog.inference.prepare import Prepared, prepare
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.physics.drive_model import predict
 from hdprog.physics.effects import BY_ID, EFFECTS
+from hdprog.physics.effects.base import Effect
 from tests.independent.loops import LoopKind, random_loop
 from tests.physics.table2 import POST_TEST
 
@@ -133,6 +136,27 @@ def test_tests_of_a_drive_are_traced_alike_here_and_in_other_processes() -> None
         assert one.final.ids == other.final.ids
         np.testing.assert_array_equal(one.final.start.point, other.final.start.point)
         assert one.steps[-1].gains == other.steps[-1].gains
+
+
+def test_a_record_that_keeps_its_model_is_not_searched_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    searched: list[Model] = []
+
+    def watched(model: Model, effects: Sequence[Effect], **options: Any) -> Mapping[str, Model]:
+        searched.append(model)
+        return refits(model, effects, **options)
+
+    monkeypatch.setattr(forward_step, "refits", watched)
+    records = [prepared("torque_offset"), prepared("clean")]
+    candidates = [BY_ID[name] for name in ("torque_offset", "slip_jump")]
+    found = trace(records, np.random.SeedSequence(1).spawn(2), candidates)
+    assert [one.final.ids for one in found] == [("torque_offset",), ()]
+    assert [sum(model.ids == ids for model in searched) for ids in ((), ("torque_offset",))] == [
+        2,
+        1,
+    ]
+    assert set(found[1].steps[-1].gains) == {"slip_jump"}
 
 
 def test_pooled_evidence() -> None:
