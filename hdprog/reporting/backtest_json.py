@@ -24,6 +24,7 @@ from hdprog.forecast.backtest_pool import (
 )
 from hdprog.forecast.scores import transform_histogram
 from hdprog.reporting.backtest_words import crossings, figures, verdict
+from hdprog.reporting.json_values import number, quantiles
 from hdprog.reporting.words import keyboard_signs
 
 SCHEMA = "hdprog.backtest/1"
@@ -162,8 +163,8 @@ def _crossing(score: CrossingScore) -> dict[str, Any]:
         "limit": limit.threshold,
         "direction": limit.direction,
         "at_torque_Nm": limit.at_torque_Nm,
-        "forecast_hours": _levels(score.quantiles),
-        "crossed_at_hours": score.crossed_at if math.isfinite(score.crossed_at) else None,
+        "forecast_hours": quantiles(score.quantiles),
+        "crossed_at_hours": number(score.crossed_at),
         "seen_until_hours": score.seen_until,
         "from_truth": score.from_truth,
         **_intervals(score.held),
@@ -186,7 +187,7 @@ def _figure(score: FigureScore) -> dict[str, Any]:
         "tests_ahead": score.ahead,
         "figure": score.key,
         "measured": score.measured,
-        "predicted": _levels(score.quantiles),
+        "predicted": quantiles(score.quantiles),
         **_intervals(score.held),
         "crps": score.crps,
         "line_error": score.line_error,
@@ -196,10 +197,6 @@ def _figure(score: FigureScore) -> dict[str, Any]:
 
 def _intervals(held: Mapping[float, bool]) -> dict[str, bool]:
     return {"held_50": held[0.5], "held_90": held[0.9]}
-
-
-def _levels(values: Mapping[float, float | None]) -> dict[str, float | None]:
-    return {f"q{100 * level:02.0f}": value for level, value in values.items()}
 
 
 def _mean(values: Sequence[float]) -> float | None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from typing import Any
 
 from hdprog.comparison.results import ComparedModel, Comparison, StiffnessBand
 from hdprog.physics.figures import ARCMIN_PER_RAD
 from hdprog.reporting.comparison_words import verdict
+from hdprog.reporting.json_values import level_name, numbers, quantiles
 from hdprog.reporting.words import keyboard_signs
 
 SCHEMA = "hdprog.compare/1"
@@ -71,14 +70,14 @@ def _model(rank: int, model: ComparedModel) -> dict[str, Any]:
         "stacking_weight": evidence.weight,
         "heldout_elpd_difference": evidence.heldout_difference,
         "heldout_elpd_difference_se": evidence.heldout_difference_se,
-        "hysteresis_width_rad": _levels(model.width),
-        "hysteresis_width_arcmin": _levels(arcmin),
+        "hysteresis_width_rad": quantiles(model.width),
+        "hysteresis_width_arcmin": quantiles(arcmin),
         "local_stiffness": None if model.stiffness is None else _band(model.stiffness),
         "parameters": {
             name: {
                 "unit": one.unit,
                 "meaning": one.meaning,
-                **_levels(one.quantiles),
+                **quantiles(one.quantiles),
                 "rhat": one.rhat,
                 "ess_bulk": one.ess_bulk,
                 "ess_tail": one.ess_tail,
@@ -93,14 +92,8 @@ def _model(rank: int, model: ComparedModel) -> dict[str, Any]:
     }
 
 
-def _levels(quantiles: Mapping[float, float]) -> dict[str, float]:
-    return {f"q{round(100 * level):02d}": value for level, value in quantiles.items()}
-
-
 def _band(band: StiffnessBand) -> dict[str, list[float | None]]:
     found: dict[str, list[float | None]] = {"torque_Nm": band.torque.tolist()}
     for level in _BAND:
-        values = band.quantiles[level].tolist()
-        name = f"q{round(100 * level):02d}_Nm_per_rad"
-        found[name] = [value if math.isfinite(value) else None for value in values]
+        found[f"{level_name(level)}_Nm_per_rad"] = numbers(band.quantiles[level])
     return found

@@ -17,8 +17,8 @@ from hdprog.explanation import (
 )
 from hdprog.physics.parameters import BY_NAME, FloatArray
 from hdprog.reporting.drive_name import drive_name
+from hdprog.reporting.json_values import number, quantiles
 from hdprog.reporting.pooled import pooled_carriers, pooled_errors, root_mean_square
-from hdprog.reporting.summary import number, quantiles
 from hdprog.reporting.words import quantity
 from hdprog.results import DriveResult
 

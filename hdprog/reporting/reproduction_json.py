@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from hdprog.reporting.json_values import quantiles
 from hdprog.reporting.reproduction_words import verdict
 from hdprog.reporting.words import keyboard_signs
 from hdprog.reproduction.results import BranchPair, Curve, Recovery, Reproduction
@@ -85,7 +86,7 @@ def _recovery(one: Recovery) -> dict[str, Any]:
         "numbers": {
             name: {
                 "truth": one.truth[name],
-                **{f"q{round(100 * level):02d}": value for level, value in levels.items()},
+                **quantiles(levels),
                 "deviations": one.deviations[name],
             }
             for name, levels in one.found.items()
