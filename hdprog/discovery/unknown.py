@@ -13,12 +13,12 @@ import numpy as np
 from scipy.linalg.lapack import dpotrf, dtrtrs
 from scipy.optimize import minimize
 
-from hdprog.discovery.model import Model
+from hdprog.discovery.model import CORRELATED_PENALTY, Model
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.noise import NoiseModel
 from hdprog.inference.prepare import noise_about
 from hdprog.inference.smooth_term import FEATURES, LENGTHS, SmoothTerm, basis_of, spectrum
-from hdprog.inference.starting_points import descend, descend_all, describe
+from hdprog.inference.starting_points import descend_all, describe
 from hdprog.physics.coordinates import coordinates
 from hdprog.physics.parameters import FloatArray
 
@@ -78,31 +78,23 @@ def term_gains(model: Model) -> Mapping[str, TermGain]:
     """
     course = model.likelihood.reduced.course
     found: dict[str, TermGain] = {}
-    white = replace(model.likelihood, noise=model.likelihood.noise.as_white)
-    choices = [(model.likelihood, 0.0)]
+    own = _Tangent.of(model.likelihood, model)
+    tangents = [own]
     if model.likelihood.noise.log_ratio is not None:
-        choices.append((white, _white_loss(model, white)))
-    tangents = [(_Tangent.of(likelihood, model), loss) for likelihood, loss in choices]
+        white = replace(model.likelihood, noise=model.likelihood.noise.as_white)
+        tangents.append(_Tangent.of(white, model))
     for name, values in coordinates(course).items():
         if name == "order" and course.path.starts.size >= _REPEATS:
             continue
         low, high = float(values.min()), float(values.max())
         basis = basis_of(name, low, high, course)
-        for tangent, loss in tangents:
-            sd, length, gain = tangent.best(basis)
-            gain -= loss + TERM_PENALTY
+        for tangent in tangents:
+            sd, length, evidence = tangent.best(basis)
+            gain = evidence - own.without - TERM_PENALTY
             if name not in found or gain > found[name].gain:
                 term = SmoothTerm(name, low, high, sd, length)
-                found[name] = TermGain(term, gain, tangent.likelihood is white)
+                found[name] = TermGain(term, gain, tangent is not own)
     return found
-
-
-def _white_loss(model: Model, white: LoopLikelihood) -> float:
-    """Log evidence lost by taking the correlated noise away from a model."""
-    start = descend(white, model.start.point, 10)
-    if start is None:
-        return np.inf
-    return model.log_evidence - Model(white, (start,)).log_evidence
 
 
 @dataclass(frozen=True)
@@ -114,13 +106,16 @@ class _Tangent:
     likelihood : with its noise
     data : (blocks,) what the prior's centre leaves
     own : (blocks, size) columns of the model's coordinates, in prior standard deviations
-    log_scale, without : start of the noise scale's log; −log marginal likelihood without a term
+    log_scale : start of the noise scale's log
+    constant : of the log evidence, by the noise and the offset
+    without : log evidence without a term
     """
 
     likelihood: LoopLikelihood
     data: FloatArray
     own: FloatArray
     log_scale: float
+    constant: float
     without: float
 
     @staticmethod
@@ -141,10 +136,15 @@ class _Tangent:
             method="Nelder-Mead",
             options={"maxiter": 15, "xatol": 0.01, "fatol": 0.05},
         )
-        return _Tangent(likelihood, data, own, float(log_s), float(found.fun))
+        ones = likelihood.noise.whiten(np.ones((1, likelihood.blocks)))[0]
+        constant = float(-0.5 * likelihood.noise.log_det - 0.5 * np.log(ones @ ones))
+        if likelihood.noise.log_ratio is not None:
+            constant -= CORRELATED_PENALTY
+        without = constant - float(found.fun)
+        return _Tangent(likelihood, data, own, float(log_s), constant, without)
 
     def best(self, basis: FloatArray) -> tuple[float, float, float]:
-        """Size, length and gain of log marginal likelihood of the best term in a basis."""
+        """Size and length of the best term in a basis, and the log evidence with it."""
         smooth = self.likelihood.project(basis.T.copy()).T
         repeated = basis.shape[1] // FEATURES
         typical = float(np.median(self.likelihood.noise.white_sd))
@@ -167,9 +167,9 @@ class _Tangent:
                 method="Nelder-Mead",
                 options={"maxiter": 30, "xatol": 0.02, "fatol": 0.05},
             )
-            gain = self.without - float(found.fun)
-            if gain > best[2]:
-                best = (typical * float(np.exp(found.x[1])), length, gain)
+            evidence_of = self.constant - float(found.fun)
+            if evidence_of > best[2]:
+                best = (typical * float(np.exp(found.x[1])), length, evidence_of)
         return best
 
 

@@ -13,7 +13,7 @@ from hdprog.data.loop import Loop
 from hdprog.discovery.model import Model
 from hdprog.discovery.pooling import THRESHOLD
 from hdprog.discovery.search import base_model
-from hdprog.discovery.unknown import _Evidence, term_gains, with_term
+from hdprog.discovery.unknown import TERM_PENALTY, _Evidence, term_gains, with_term
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.physics.drive_model import predict
@@ -72,6 +72,19 @@ def test_a_planted_curve_is_recovered(coordinate: str) -> None:
     assert np.std(fitted(wider) - truth) < 0.6 * NOISE
     assert np.std(fitted(model) - truth) > 1.5 * NOISE
     assert np.std(wider.residual) < 1.1 * NOISE
+
+
+def test_a_gain_is_what_the_refit_gains_whichever_noise_it_is_held_against() -> None:
+    """Correlated noise takes much of a slow drift and a line over; white noise leaves it bare."""
+    line = 4e-5 * np.sin(2 * np.pi * TIME / 13) * (1 + 0.4 * np.cos(2 * np.pi * TIME / 6))
+    model = modelled(line - 4e-4 * (1 - np.exp(-TIME / 50)), seed=4)
+    assert model.likelihood.noise.log_ratio is not None
+    gains = term_gains(model)
+    best = max(gains, key=lambda name: gains[name].gain)
+    assert best == "time"
+    assert gains[best].white
+    gained = with_term(model, gains[best]).log_evidence - model.log_evidence
+    assert gains[best].gain == pytest.approx(gained - TERM_PENALTY, abs=2.0)
 
 
 def test_nothing_is_gained_on_clean_loops() -> None:
