@@ -24,7 +24,6 @@ from hdprog.trend.joint_chains import Chains
 
 GROUPS = 4
 """Of chains that know nothing of each other; R-hat compares them."""
-_PARTS = 2  # of the groups, whatever the cores: the draws depend on it
 HIGHEST_K = 0.5
 """Pareto k above which the weights have no variance. Up to 0.7 a mean may still be estimated, but
 at 0.6 draws of these many dimensions were a third of a spread away from the posterior."""
@@ -40,7 +39,8 @@ class Effort:
     """How long to sample: sweeps at first, the bound of sweeps, the ESS that ends them.
 
     They grow by a quarter of the first ones. Draws at the bound are trusted with `least` effective
-    ones. There are four groups of `chains`.
+    ones. There are four groups of `chains`, in `parts` that may run side by side, whatever the
+    cores: the draws depend on it.
     """
 
     sweeps: int
@@ -48,12 +48,13 @@ class Effort:
     ess: float
     least: float
     chains: int = 24
+    parts: int = 2
 
 
 FULL = Effort(50, 100, 75.0, 60.0)
 QUICK = Effort(40, 80, 75.0, 50.0)
-BESIDE = Effort(40, 60, 40.0, 30.0, chains=12)
-"""For a forecast that another one is compared with."""
+BESIDE = Effort(40, 60, 40.0, 30.0, chains=12, parts=1)
+"""For a forecast that another one is compared with; few chains cost more each."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,7 @@ def begin_meeting(
     start = np.resize(np.flatnonzero(np.isfinite(log_weight)), GROUPS * effort.chains)
     parts = [
         begin(executor, _first_run, step, draws, deviates[rows], tangents.rows(rows), own, effort)
-        for rows, own in zip(np.split(start, _PARTS), rng.spawn(_PARTS), strict=True)
+        for rows, own in zip(np.split(start, effort.parts), rng.spawn(effort.parts), strict=True)
     ]
     return partial(_sampled, parts, pareto_k, effort, executor)
 
@@ -172,7 +173,7 @@ def _first_run(
     rng: np.random.Generator,
     effort: Effort,
 ) -> _Run:
-    chains = Chains(step, draws, deviates, start, GROUPS // _PARTS, rng)
+    chains = Chains(step, draws, deviates, start, GROUPS // effort.parts, rng)
     chains.warm_up()
     return _run_on(chains, effort.sweeps)
 
