@@ -66,10 +66,10 @@ def forward_steps(
     inner : map over the candidates of a record instead, where there is one record
     """
     steps: list[Step | None] = [None] * len(models)
-    for at, before in enumerate(made):
-        if before.before is models[at] and all(one.id in before.models for one in offered[at]):
-            left = {one.id: before.models[one.id] for one in offered[at]}
-            steps[at] = replace(before, models=left)
+    for at, last in enumerate(made):
+        if last.before is models[at] and all(one.id in last.models for one in offered[at]):
+            left = {one.id: last.models[one.id] for one in offered[at]}
+            steps[at] = replace(last, models=left)
     to_do = [at for at, step in enumerate(steps) if step is None]
     jobs = ([models[at] for at in to_do], [offered[at] for at in to_do], [rngs[at] for at in to_do])
     if inner is None:

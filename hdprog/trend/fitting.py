@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -38,44 +37,6 @@ from hdprog.trend.wear_prior import WearPrior
 
 _MOVED_ENOUGH = 0.3  # posterior spreads per coordinate after which the loops are taken anew
 _ROUNDS = 3
-
-
-@dataclass(frozen=True)
-class TrendUnderWay:
-    """A trend whose joint sampling may still be under way in other processes.
-
-    Attributes
-    ----------
-    tests, prior, wear_prior, clock, mode, draws, followed : as in `Trend`
-    distance : how far the last linearisation moved, in posterior spreads
-    meeting : waits for what the tests met
-    """
-
-    tests: tuple[LoopEvidence, ...]
-    prior: Prior
-    wear_prior: WearPrior
-    clock: ServiceClock
-    mode: JointMode
-    draws: HyperparameterDraws
-    distance: float
-    meeting: Callable[[], Met]
-    followed: FollowedEffects | None
-
-    def trend(self) -> Trend:
-        """Wait for the sampling, and put the trend together."""
-        met = self.meeting()
-        said = _warnings(self.tests, self.mode, self.draws, met, self.distance, self.wear_prior)
-        return Trend(
-            self.tests,
-            self.prior,
-            self.wear_prior,
-            self.clock,
-            self.mode,
-            self.draws,
-            met,
-            said,
-            self.followed,
-        )
 
 
 def fit_trend(
@@ -115,7 +76,7 @@ def fit_trend(
         alpha=alpha,
         followed=followed,
         joint_effort=joint_effort,
-    ).trend()
+    )()
 
 
 def begin_trend(
@@ -128,8 +89,8 @@ def begin_trend(
     followed: FollowedEffects | None = None,
     joint_effort: JointEffort | None = None,
     executor: Executor | None = None,
-) -> TrendUnderWay:
-    """Begin to fit the trend: all of `fit_trend` but the joint sampling, which is set going.
+) -> Callable[[], Trend]:
+    """Begin `fit_trend`, and wait for its joint sampling only when what this returns is called.
 
     Parameters
     ----------
@@ -182,7 +143,13 @@ def begin_trend(
     )
     effort_of_all = joint_effort or (JOINT_QUICK if quick else JOINT_FULL)
     meeting = begin_meeting(step, draws, rng, effort_of_all, executor)
-    return TrendUnderWay(tests, prior, wear_prior, clock, final, draws, distance, meeting, followed)
+
+    def trend() -> Trend:
+        met = meeting()
+        said = _warnings(tests, final, draws, met, distance, wear_prior)
+        return Trend(tests, prior, wear_prior, clock, final, draws, met, said, followed)
+
+    return trend
 
 
 def _warnings(
