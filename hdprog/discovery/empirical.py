@@ -17,6 +17,9 @@ UNKNOWN_SHARE = 0.08
 """Share of the explained error that an empirical term must carry beside mechanisms."""
 NAMED_SHARE = 0.75
 """Share of the explainable error below which mechanisms give way to an empirical term."""
+AS_GOOD_SHARE = 0.97
+"""Share of what an empirical term alone explains, from which on mechanisms are not beaten by it:
+so well the true shape of a mechanism is hardly ever known."""
 _LIKE_NOISE = ("time", "order")
 
 
@@ -39,12 +42,14 @@ def with_unknown(
     best_alone, alone_gain = _best_term(own)
     alone = _with_term(bases, own, best_alone, spread)
     floor = min(sum(model.misfit for model in many) for many in (wider, alone))
-    base, left = sum(model.misfit for model in bases), sum(model.misfit for model in models)
+    base, left, left_alone = (
+        sum(model.misfit for model in many) for many in (bases, models, alone)
+    )
     evidence = sum(
         one.log_evidence - other.log_evidence for one, other in zip(models, alone, strict=True)
     )
     poorly = (base - left) < NAMED_SHARE * (base - floor)
-    beaten = evidence < -THRESHOLD and left > sum(model.misfit for model in alone)
+    beaten = evidence < -THRESHOLD and (base - left) < AS_GOOD_SHARE * (base - left_alone)
     if alone_gain > 0 and (beaten or (poorly and evidence < 0)):
         return alone
     if gain > 0 and share(bases, models, wider) > UNKNOWN_SHARE:

@@ -18,7 +18,8 @@ from hdprog.discovery.candidates import without
 from hdprog.discovery.empirical import with_unknown
 from hdprog.discovery.forward_step import Step, forward_steps
 from hdprog.discovery.model import Model
-from hdprog.discovery.pooling import THRESHOLD, pooled, refitted, share_of
+from hdprog.discovery.pooling import THRESHOLD, refitted, share_of
+from hdprog.discovery.sharing import gain_together
 from hdprog.discovery.unknown import TermGain
 from hdprog.inference.effect_starts import unmet
 from hdprog.inference.prepare import Prepared, settle_noise
@@ -28,10 +29,25 @@ from hdprog.physics.effects.base import Effect
 FURTHER_SHARE = 0.10
 """Share of the explained error that a second or later mechanism must carry."""
 CLEARING_SHARE = 0.02
-"""The same for one that clears up what the others left: to less than a quarter of it."""
+"""The same for one that clears up what the others left above the noise: to less than a quarter."""
 _CLEARED = 0.25
 _MOST_EFFECTS = 4
 _MOST_STEPS = 7
+
+
+@dataclass(frozen=True)
+class _Choice:
+    """An effect to add: to every record that may show it, or to those that do."""
+
+    name: str
+    common: bool
+
+    def joined(self, step: Step) -> Model:
+        """The record's model with the effect."""
+        if self.name not in step.models:
+            return step.before
+        shown = self.common or step.gains[self.name] > 0
+        return step.models[self.name] if shown else step.before
 
 
 @dataclass(frozen=True)
@@ -109,8 +125,8 @@ def trace(
             break
         if _choose(now, bases, further=bool(taken)) is None:
             continue
-        models = [_joined(step, chosen) for step in now]
-        taken.append(chosen)
+        models = [chosen.joined(step) for step in now]
+        taken.append(chosen.name)
         if len(taken) == _MOST_EFFECTS:
             break
         models, taken = _checked_back(models, bases, taken, rngs, spread)
@@ -151,13 +167,14 @@ def _carries(bases: Sequence[Model], before: Sequence[Model], after: Sequence[Mo
     base, left, right = (
         sum(model.least_misfit for model in many) for many in (bases, before, after)
     )
-    wanted = CLEARING_SHARE if right < _CLEARED * left else FURTHER_SHARE
-    return share_of(base, left, right) >= wanted
+    noise = sum(model.likelihood.blocks for model in bases)
+    cleared = right - noise < _CLEARED * (left - noise)
+    return share_of(base, left, right) >= (CLEARING_SHARE if cleared else FURTHER_SHARE)
 
 
 def _fairly(
     steps: Sequence[Step],
-    chosen: str,
+    chosen: _Choice,
     rngs: Sequence[np.random.Generator],
     spread: Callable[..., Iterable[Any]],
 ) -> list[Step]:
@@ -166,8 +183,8 @@ def _fairly(
     A candidate starts from more places than the model it is held against, and may owe its gain to
     a mode that this one has as well.
     """
-    joined = [_joined(step, chosen) for step in steps]
-    fewer = _without(joined, chosen, rngs, spread)
+    joined = [chosen.joined(step) for step in steps]
+    fewer = _without(joined, chosen.name, rngs, spread)
     return [
         replace(step, before=one) if one.log_evidence > step.before.log_evidence else step
         for step, one in zip(steps, fewer, strict=True)
@@ -185,23 +202,22 @@ def _without(
     return refitted(models, having, spread, without, [name] * len(models), rngs)
 
 
-def _joined(step: Step, name: str) -> Model:
-    """The model with an effect where the record shows it."""
-    return step.models[name] if step.gains.get(name, -1.0) > 0 else step.before
-
-
-def _choose(steps: Sequence[Step], bases: Sequence[Model], *, further: bool) -> str | None:
-    names = {name for step in steps for name in step.models}
+def _choose(steps: Sequence[Step], bases: Sequence[Model], *, further: bool) -> _Choice | None:
+    names = sorted({name for step in steps for name in step.models})
     if not names:
         return None
+    before = [step.before for step in steps]
     gains = {
-        name: pooled([step.gains[name] for step in steps if name in step.models]) for name in names
+        name: gain_together(name, before, [step.models.get(name) for step in steps])
+        for name in names
     }
-    best = max(sorted(gains), key=lambda name: gains[name])
-    before, after = [step.before for step in steps], [_joined(step, best) for step in steps]
-    if gains[best] < THRESHOLD or (further and not _carries(bases, before, after)):
+    best = max(names, key=lambda name: gains[name][0])
+    gain, common = gains[best]
+    choice = _Choice(best, common)
+    after = [choice.joined(step) for step in steps]
+    if gain < THRESHOLD or (further and not _carries(bases, before, after)):
         return None
-    return best
+    return choice
 
 
 def _checked_back(
@@ -214,9 +230,8 @@ def _checked_back(
     """Take out what a later effect made needless."""
     for name in taken[:-1]:
         fewer = _without(models, name, _children(rngs), spread)
-        lost = pooled(
-            [one.log_evidence - two.log_evidence for one, two in zip(models, fewer, strict=True)]
-        )
+        having = [one if name in one.ids else None for one in models]
+        lost, _ = gain_together(name, fewer, having)
         if lost < THRESHOLD or not _carries(bases, fewer, models):
             models, taken = fewer, [one for one in taken if one != name]
     return models, taken

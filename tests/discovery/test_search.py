@@ -10,6 +10,7 @@ import copy
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -17,6 +18,7 @@ import numpy as np
 import pytest
 
 from hdprog.config import Drive
+from hdprog.data.drive_folder import read_drive_folder, read_test_loop
 from hdprog.data.loop import Loop
 from hdprog.discovery import forward_step
 from hdprog.discovery.candidates import refits
@@ -30,6 +32,7 @@ from hdprog.physics.drive_model import predict
 from hdprog.physics.effects import BY_ID, EFFECTS
 from hdprog.physics.effects.base import Effect
 from tests.independent.loops import LoopKind, random_loop
+from tests.make_undeclared_effect import CASES, write_case
 from tests.physics.table2 import POST_TEST
 
 DRIVE = replace(Drive.default(), model="CSF-25-80", rated_torque=63.0, alpha_declared=True)
@@ -157,6 +160,19 @@ def test_a_record_that_keeps_its_model_is_not_searched_again(
         1,
     ]
     assert set(found[1].steps[-1].gains) == {"slip_jump"}
+
+
+def test_what_no_test_shows_alone_is_found_in_all_tests_that_share_it(tmp_path: Path) -> None:
+    """Creep as large as the noise of a single reading, the same in five tests."""
+    write_case(tmp_path / "drive", replace(CASES[0], amplitudes={"creep": 1e-5}), 7, 5)
+    folder = read_drive_folder(tmp_path / "drive")
+    loops = [read_test_loop(folder, test) for test in folder.tests]
+    records = [prepare(one, DRIVE, np.random.default_rng(0), prior=PRIOR) for one in loops]
+    found = trace(records, np.random.SeedSequence(1).spawn(5), SOME)
+    gains = [one.steps[0].gains["creep"] for one in found]
+    assert min(gains) < 0.0
+    assert max(gains) < THRESHOLD
+    assert [one.final.ids for one in found] == 5 * [("creep",)]
 
 
 def test_pooled_evidence() -> None:
