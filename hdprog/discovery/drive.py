@@ -9,9 +9,9 @@ import numpy as np
 
 from hdprog.discovery.explain import Closed
 from hdprog.discovery.found import choosing_step, effect_size
-from hdprog.discovery.pooling import pooled
 from hdprog.discovery.search import Traced
 from hdprog.discovery.separating import indistinguishable, separating_test
+from hdprog.discovery.sharing import gain_of_steps, sharing_effect
 from hdprog.explanation import (
     UNKNOWN,
     ConsideredEffect,
@@ -53,7 +53,7 @@ def explain_drive(traced: Sequence[Traced], closed: Sequence[Closed]) -> DriveEx
     return DriveExplanation(
         verdict=_verdict(set(names)),
         effects=tuple(found),
-        considered=_considered(closed, set(names)),
+        considered=_considered(traced, closed, set(names)),
         amplitudes=sizes,
         tests=tests,
     )
@@ -145,14 +145,16 @@ def _pooled_effect(
     ]
     last = carried[-1][0]
     others: tuple[str, ...] = ()
+    gain = sum(effect.log_evidence_gain for effect, _ in carried)
     if name != UNKNOWN:
+        gain += max(sharing_effect([record.final for _, record in carried], name), 0.0)
         steps = [choosing_step(record.steps, name) for _, record in carried]
         others = indistinguishable([step for step in steps if step is not None], name)
         named = {identifier for record in traced for identifier in record.final.ids}
         others = tuple(other for other in others if other not in named)
     return replace(
         last,
-        log_evidence_gain=sum(effect.log_evidence_gain for effect, _ in carried),
+        log_evidence_gain=gain,
         elpd_gain=sum(effect.elpd_gain for effect, _ in carried),
         elpd_se=float(np.sqrt(sum(effect.elpd_se**2 for effect, _ in carried))),
         share=float(np.mean([effect.share for effect, _ in carried])),
@@ -162,15 +164,18 @@ def _pooled_effect(
     )
 
 
-def _considered(closed: Sequence[Closed], found: set[str]) -> tuple[ConsideredEffect, ...]:
+def _considered(
+    traced: Sequence[Traced], closed: Sequence[Closed], found: set[str]
+) -> tuple[ConsideredEffect, ...]:
     seen: dict[str, list[ConsideredEffect]] = {}
     for one in closed:
         for effect in one.explanation.considered:
             if effect.id not in found:
                 seen.setdefault(effect.id, []).append(effect)
+    first = [record.steps[0] for record in traced]
     joined = []
-    for effects in seen.values():
-        gains = [e.log_evidence_gain for e in effects if e.log_evidence_gain is not None]
+    for name, effects in seen.items():
+        shown = any(name in step.models for step in first)
         strongest = max(
             effects,
             key=lambda e: -np.inf if e.log_evidence_gain is None else e.log_evidence_gain,
@@ -178,7 +183,7 @@ def _considered(closed: Sequence[Closed], found: set[str]) -> tuple[ConsideredEf
         joined.append(
             replace(
                 strongest,
-                log_evidence_gain=pooled(gains) if gains else None,
+                log_evidence_gain=gain_of_steps(name, first)[0] if shown else None,
                 elpd_gain=None,
                 elpd_se=None,
             )

@@ -19,7 +19,7 @@ from hdprog.discovery.empirical import with_unknown
 from hdprog.discovery.forward_step import Step, forward_steps
 from hdprog.discovery.model import Model
 from hdprog.discovery.pooling import THRESHOLD, refitted, share_of
-from hdprog.discovery.sharing import gain_together
+from hdprog.discovery.sharing import gain_of_steps, gain_together
 from hdprog.discovery.unknown import TermGain
 from hdprog.inference.effect_starts import unmet
 from hdprog.inference.prepare import Prepared, settle_noise
@@ -206,15 +206,11 @@ def _choose(steps: Sequence[Step], bases: Sequence[Model], *, further: bool) -> 
     names = sorted({name for step in steps for name in step.models})
     if not names:
         return None
-    before = [step.before for step in steps]
-    gains = {
-        name: gain_together(name, before, [step.models.get(name) for step in steps])
-        for name in names
-    }
+    gains = {name: gain_of_steps(name, steps) for name in names}
     best = max(names, key=lambda name: gains[name][0])
     gain, common = gains[best]
     choice = _Choice(best, common)
-    after = [choice.joined(step) for step in steps]
+    before, after = [step.before for step in steps], [choice.joined(step) for step in steps]
     if gain < THRESHOLD or (further and not _carries(bases, before, after)):
         return None
     return choice

@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 
 from hdprog.discovery.forward_step import Step
 from hdprog.discovery.model import Model
-from hdprog.discovery.pooling import pooled
+from hdprog.discovery.sharing import gain_of_steps
 
 _AS_GOOD = 3.0  # log evidence: odds of twenty to one
 _ALIKE = 0.03  # of the explained error: less than an effect's shape is known to
@@ -36,14 +36,13 @@ def indistinguishable(steps: Sequence[Step], chosen: str) -> tuple[str, ...]:
     evidence = {}
     alike = []
     for name in {name for step in steps for name in step.models} - {chosen}:
-        shown = [step for step in steps if name in step.models]
-        if len(shown) < len(steps):
+        if not all(name in step.models for step in steps):
             continue
-        evidence[name] = pooled([step.gains[name] for step in shown])
-        explained = _drop(shown, chosen)
-        if evidence[name] > _AS_GOOD and _drop(shown, name) > (1 - _ALIKE) * explained:
+        evidence[name] = gain_of_steps(name, steps)[0]
+        explained = _drop(steps, chosen)
+        if evidence[name] > _AS_GOOD and _drop(steps, name) > (1 - _ALIKE) * explained:
             alike.append(name)
-    best = pooled([step.gains[chosen] for step in steps])
+    best = gain_of_steps(chosen, steps)[0]
     close = [name for name, value in evidence.items() if value > max(best - _AS_GOOD, 0.0)]
     return tuple(sorted({*close, *alike}, key=lambda name: -evidence[name]))
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import logsumexp
 
+from hdprog.discovery.forward_step import Step
 from hdprog.discovery.model import Model
 from hdprog.discovery.pooling import pooled
 from hdprog.inference.likelihood import COUNT
@@ -92,6 +93,12 @@ def gain_together(
         return some, False
     every = sum(gains) + sharing_effect(having, name)
     return (every, True) if every > some else (some, False)
+
+
+def gain_of_steps(name: str, steps: Sequence[Step]) -> tuple[float, bool]:
+    """The same of a candidate of one forward step on every record."""
+    before = [step.before for step in steps]
+    return gain_together(name, before, [step.models.get(name) for step in steps])
 
 
 def sharing_effect(models: Sequence[Model], name: str) -> float:
