@@ -102,12 +102,16 @@ def gain_of_steps(name: str, steps: Sequence[Step]) -> tuple[float, bool]:
 
 
 def sharing_effect(models: Sequence[Model], name: str) -> float:
-    """Log evidence gained where the tests' models have an effect in common, each having it."""
+    """Log evidence gained where the tests' models have an effect in common, each having it.
+
+    −inf where a test's effect is none that the prior of another may have drawn.
+    """
     scales = models[0].likelihood.reduced.course.scales
     own = [_of_effect(model, name, model.likelihood.reduced.course.scales) for model in models]
     said = [_of_effect(model, name, scales) for model in models]
-    gain = common_evidence(said) - sum(one.log_evidence for one in own)
-    return gain if np.isfinite(gain) else -np.inf
+    if not all(np.isfinite(one.precision).all() and np.isfinite(one.pull).all() for one in said):
+        return -np.inf
+    return common_evidence(said) - sum(one.log_evidence for one in own)
 
 
 def _of_effect(model: Model, name: str, scales: Scales) -> Said:
@@ -122,14 +126,13 @@ def _of_effect(model: Model, name: str, scales: Scales) -> Said:
     # The posterior is the likelihood times the prior; strong curvature may leave less than that.
     values, axes = np.linalg.eigh(np.linalg.inv(covariance) - np.eye(len(at)))
     precision, slope, moved = (axes * np.maximum(values, 0.0)) @ axes.T, np.ones(len(at)), mean
-    if scales != own.scales:
-        low, moved, high = (_moved(own, at, mean + s, scales) for s in (-_STEP, 0.0, _STEP))
-        with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if scales != own.scales:
+            low, moved, high = (_moved(own, at, mean + s, scales) for s in (-_STEP, 0.0, _STEP))
             slope = (high - low) / (2 * _STEP)
             precision = precision / np.outer(slope, slope)
-    with np.errstate(divide="ignore", invalid="ignore"):
         pull = precision @ moved + mean / slope
-    constant = float(0.5 * moved @ precision @ moved - pull @ moved)
+        constant = float(0.5 * moved @ precision @ moved - pull @ moved)
     return Said(precision, pull, constant)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any, cast
@@ -132,6 +133,16 @@ def test_modes_of_records_of_other_scales_are_compared_in_physical_units() -> No
     assert alike == pytest.approx(equal, abs=0.5)
     unlike = sharing_effect([model(2e-3, mode, sd), model(4e-3, mode, sd)], NAME)
     assert unlike < alike - THRESHOLD
+
+
+def test_what_the_prior_of_another_test_cannot_have_drawn_is_not_shared() -> None:
+    """No number then, and no warning either."""
+    count = size_of(NAME)
+    small = model(2e-3, np.full(count, -5.9), np.full(count, 0.1))
+    large = model(2e3, np.full(count, 5.9), np.full(count, 0.1))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert sharing_effect([small, large], NAME) == -np.inf
 
 
 def gained(modes: Sequence[float], gains: Sequence[float], sd: float) -> tuple[float, bool]:
