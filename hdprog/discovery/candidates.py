@@ -11,7 +11,7 @@ import numpy as np
 from hdprog.discovery.model import Model, settled
 from hdprog.inference.effect_starts import effect_starts, search_widely
 from hdprog.inference.likelihood import COUNT
-from hdprog.inference.starting_points import describe, starting_points
+from hdprog.inference.starting_points import descend_all, describe, starting_points
 from hdprog.physics.effects.base import Effect
 
 _WORTH_SETTLING = 1.0  # log evidence gained beside white noise; below it no other noise helps
@@ -31,10 +31,7 @@ def refits(
     effects : candidates that the record can show
     spread : map over the candidates, e.g. an executor's
     """
-    beside = [_beside_white(model)]
-    if model.likelihood.noise.whitening is not None:
-        beside.append(model)
-    found = spread(_refit, [beside] * len(effects), effects)
+    found = spread(_refit, [_beside(model)] * len(effects), effects)
     return {effect.id: refitted for effect, refitted in zip(effects, found, strict=True)}
 
 
@@ -57,6 +54,34 @@ def refits_again(
     count = len(candidates)
     found = spread(_refit_again, [model] * count, candidates.values(), rng.spawn(count))
     return dict(zip(candidates, found, strict=True))
+
+
+def refit_like(candidate: Model, model: Model, other: Model) -> Model:
+    """A candidate refitted from the shape that its effect has on another record.
+
+    Parameters
+    ----------
+    candidate, other : with the effect, as their last
+    model : the candidate without it
+    """
+    likelihood = candidate.likelihood
+    scales = likelihood.reduced.course.scales
+    theirs = other.likelihood.effect_set.at_scales(other.start.point[COUNT + 1 :], scales)
+    shapes = [theirs[-len(likelihood.effects[-1].parameters(scales)) :]]
+    if other.ids == candidate.ids:
+        # The initial slip and what it has besides may have settled elsewhere as well.
+        shapes.append(np.concatenate([other.start.point[COUNT : COUNT + 1], theirs]))
+    found = [candidate]
+    for simpler in _beside(model) if np.isfinite(theirs).all() else ():
+        wider = replace(simpler.likelihood, effects=likelihood.effects)
+        points = [
+            np.concatenate([start.point[: wider.size - shape.size], shape])
+            for start in simpler.starts[:2]
+            for shape in shapes
+        ]
+        starts = sorted(descend_all(wider, points, 16), key=lambda start: start.deviance)
+        found += _settled(Model(wider, tuple(starts)), simpler) if starts else []
+    return max(found, key=lambda one: one.log_evidence)
 
 
 def _refit(beside: Sequence[Model], effect: Effect) -> Model:
@@ -85,6 +110,12 @@ def _settled(candidate: Model, simpler: Model) -> list[Model]:
     if candidate.log_evidence - simpler.log_evidence < _WORTH_SETTLING:
         return [candidate]
     return [candidate, settled(candidate.likelihood, candidate.starts)]
+
+
+def _beside(model: Model) -> list[Model]:
+    """The model beside white noise, and as it is where its noise is another."""
+    white = _beside_white(model)
+    return [white] if model.likelihood.noise.whitening is None else [white, model]
 
 
 def _beside_white(model: Model) -> Model:

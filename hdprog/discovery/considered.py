@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping, Sequence
+
 from hdprog.discovery.heldout import HeldOut, elpd_difference, held_out
 from hdprog.discovery.pooling import THRESHOLD
 from hdprog.discovery.search import Traced
@@ -21,7 +23,7 @@ def considered(traced: Traced, held_before: HeldOut, weigh: bool) -> tuple[Consi
     weigh : whether they weigh the best of the candidates, too
     """
     first = traced.steps[0]
-    gains = first.gains
+    gains, each = first.gains, [step.gains for step in traced.steps]
     looked_at: list[ConsideredEffect] = []
     for rank, name in enumerate(sorted(gains, key=lambda name: -gains[name])):
         if name in traced.final.ids:
@@ -30,10 +32,8 @@ def considered(traced: Traced, held_before: HeldOut, weigh: bool) -> tuple[Consi
         if weigh and rank < _WEIGHED and gains[name] > 0:
             held = held_out(traced.prepared, first.models[name])
             gain, error = elpd_difference(held, held_before)
-        why_not = _why_not(traced, name)
-        looked_at.append(
-            ConsideredEffect(name, BY_ID[name].words, gains[name], gain, error, why_not)
-        )
+        why = why_not(name, each, traced.mechanisms.ids, traced.final.ids)
+        looked_at.append(ConsideredEffect(name, BY_ID[name].words, gains[name], gain, error, why))
     lacking = [
         ConsideredEffect(
             name,
@@ -48,23 +48,33 @@ def considered(traced: Traced, held_before: HeldOut, weigh: bool) -> tuple[Consi
     return (*looked_at, *lacking)
 
 
-def _why_not(traced: Traced, name: str) -> str:
-    gain = traced.steps[0].gains[name]
-    final = traced.final
+def why_not(
+    name: str,
+    gains: Sequence[Mapping[str, float]],
+    mechanisms: Collection[str],
+    final: Collection[str],
+) -> str:
+    """Why an effect was not added.
+
+    Parameters
+    ----------
+    name : its id
+    gains : of log evidence by id, one mapping a forward step
+    mechanisms, final : ids that the search took, and that were left in the end
+    """
+    gain = gains[0][name]
     if gain < THRESHOLD:
         return f"no evidence: log Bayes factor {_told(gain)} where {THRESHOLD:g} is asked for"
-    if name in traced.mechanisms.ids:
+    if name in mechanisms:
         return (
             "carries part of the error only; an empirical term carries more of it, so the "
             "mechanism is not believed"
         )
-    if final.ids:
-        best = max(traced.steps[0].gains[one] for one in final.ids if one in traced.steps[0].gains)
-        last = next(
-            (step.gains[name] for step in reversed(traced.steps) if name in step.models), gain
-        )
-        beside = " + ".join(one.replace("_", " ") for one in final.ids)
-        if len(traced.steps) > 1 and last < THRESHOLD:
+    if final:
+        best = max(gains[0][one] for one in final if one in gains[0])
+        last = next((step[name] for step in reversed(gains) if name in step), gain)
+        beside = " + ".join(one.replace("_", " ") for one in final)
+        if len(gains) > 1 and last < THRESHOLD:
             return (
                 f"log Bayes factor {_told(gain)} where {best:.1f} was reached; beside {beside} it "
                 f"gains nothing more ({_told(last)})"

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from hdprog.discovery.considered import why_not
 from hdprog.discovery.explain import Closed
 from hdprog.discovery.found import choosing_step, effect_size
 from hdprog.discovery.search import Traced
@@ -167,29 +168,24 @@ def _pooled_effect(
 def _considered(
     traced: Sequence[Traced], closed: Sequence[Closed], found: set[str]
 ) -> tuple[ConsideredEffect, ...]:
-    seen: dict[str, list[ConsideredEffect]] = {}
-    for one in closed:
-        for effect in one.explanation.considered:
-            if effect.id not in found:
-                seen.setdefault(effect.id, []).append(effect)
-    first = [record.steps[0] for record in traced]
-    joined = []
-    for name, effects in seen.items():
-        shown = any(name in step.models for step in first)
-        strongest = max(
-            effects,
-            key=lambda e: -np.inf if e.log_evidence_gain is None else e.log_evidence_gain,
+    """What was looked at and not added, best first, then what no test can show."""
+    gains = [
+        {name: gain_of_steps(name, stage)[0] for name in {n for step in stage for n in step.models}}
+        for stage in zip(*(record.steps for record in traced), strict=True)
+    ]
+    taken = {name for record in traced for name in record.mechanisms.ids}
+    left = sorted({name for record in traced for name in record.final.ids})
+    seen = {
+        effect.id: effect
+        for one in closed
+        for effect in one.explanation.considered
+        if effect.id not in found
+    }
+    looked_at = [
+        ConsideredEffect(
+            name, seen[name].words, gain, None, None, why_not(name, gains, taken, left)
         )
-        joined.append(
-            replace(
-                strongest,
-                log_evidence_gain=gain_of_steps(name, first)[0] if shown else None,
-                elpd_gain=None,
-                elpd_se=None,
-            )
-        )
-    return tuple(
-        sorted(
-            joined, key=lambda e: np.inf if e.log_evidence_gain is None else -e.log_evidence_gain
-        )
-    )
+        for name, gain in sorted(gains[0].items(), key=lambda item: (-item[1], item[0]))
+        if name in seen
+    ]
+    return (*looked_at, *(effect for name, effect in seen.items() if name not in gains[0]))

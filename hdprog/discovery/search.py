@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from hdprog.discovery.candidates import without
+from hdprog.discovery.candidates import refit_like, without
 from hdprog.discovery.empirical import with_unknown
 from hdprog.discovery.forward_step import Step, forward_steps
 from hdprog.discovery.model import Model
@@ -114,6 +114,7 @@ def trace(
         now = made = forward_steps(models, offered, made, _children(rngs), spread, inner)
         chosen = _choose(now, bases, further=bool(taken))
         if chosen is not None:
+            now = _alike(now, chosen.name, spread) if chosen.common else now
             now = _fairly(now, chosen, _children(rngs), spread)
             if not taken:
                 bases = [step.before for step in now]
@@ -170,6 +171,23 @@ def _carries(bases: Sequence[Model], before: Sequence[Model], after: Sequence[Mo
     noise = sum(model.likelihood.blocks for model in bases)
     cleared = right - noise < _CLEARED * (left - noise)
     return share_of(base, left, right) >= (CLEARING_SHARE if cleared else FURTHER_SHARE)
+
+
+def _alike(steps: Sequence[Step], name: str, spread: Callable[..., Iterable[Any]]) -> list[Step]:
+    """The steps with a common effect refitted from where it is seen best.
+
+    A record that hardly shows it by itself may have settled on another shape.
+    """
+    before = [step.before for step in steps]
+    found = [step.models.get(name, step.before) for step in steps]
+    shown = [at for at, step in enumerate(steps) if name in step.models]
+    best = max(shown, key=lambda at: steps[at].gains[name])
+    others = [at for at in shown if at != best]
+    found = refitted(found, others, spread, refit_like, before, [found[best]] * len(steps))
+    return [
+        replace(step, models={**step.models, name: one}) if name in step.models else step
+        for step, one in zip(steps, found, strict=True)
+    ]
 
 
 def _fairly(

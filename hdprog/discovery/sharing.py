@@ -18,7 +18,6 @@ from hdprog.discovery.model import Model
 from hdprog.discovery.pooling import pooled
 from hdprog.inference.likelihood import COUNT
 from hdprog.physics.course import Scales
-from hdprog.physics.effects.model import EffectSet
 from hdprog.physics.parameters import FloatArray
 
 SCATTERS = (0.0, 0.1, 0.3)
@@ -119,29 +118,19 @@ def _of_effect(model: Model, name: str, scales: Scales) -> Said:
 
     Not finite where those priors cannot have drawn the mode.
     """
-    own = model.likelihood.effect_set
-    at = [index for index, (effect, _) in enumerate(own.parameters) if effect.id == name]
-    rows = COUNT + 1 + np.array(at)
-    mean, covariance = model.start.point[rows], model.start.covariance[np.ix_(rows, rows)]
+    own, point = model.likelihood.effect_set, model.start.point[COUNT + 1 :]
+    rows = np.flatnonzero([effect.id == name for effect, _ in own.parameters])
+    mean = moved = point[rows]
+    covariance = model.start.covariance[COUNT + 1 :, COUNT + 1 :][np.ix_(rows, rows)]
     # The posterior is the likelihood times the prior; strong curvature may leave less than that.
-    values, axes = np.linalg.eigh(np.linalg.inv(covariance) - np.eye(len(at)))
-    precision, slope, moved = (axes * np.maximum(values, 0.0)) @ axes.T, np.ones(len(at)), mean
+    values, axes = np.linalg.eigh(np.linalg.inv(covariance) - np.eye(rows.size))
+    precision, slope = (axes * np.maximum(values, 0.0)) @ axes.T, np.ones(rows.size)
     with np.errstate(divide="ignore", invalid="ignore"):
         if scales != own.scales:
-            low, moved, high = (_moved(own, at, mean + s, scales) for s in (-_STEP, 0.0, _STEP))
+            near = (own.at_scales(point + step, scales)[rows] for step in (-_STEP, 0.0, _STEP))
+            low, moved, high = near
             slope = (high - low) / (2 * _STEP)
             precision = precision / np.outer(slope, slope)
         pull = precision @ moved + mean / slope
         constant = float(0.5 * moved @ precision @ moved - pull @ moved)
     return Said(precision, pull, constant)
-
-
-def _moved(own: EffectSet, at: Sequence[int], mean: FloatArray, scales: Scales) -> FloatArray:
-    """Coordinates (k,) at other scales of what coordinates (k,) at the test's own stand for."""
-    others = EffectSet(own.effects, scales).parameters
-    return np.array(
-        [
-            others[index][1].coordinates(own.parameters[index][1].value(one))
-            for index, one in zip(at, mean, strict=True)
-        ]
-    )

@@ -52,6 +52,17 @@ class EffectSet:
             values[effect.id][parameter.name] = parameter.value(coordinates[:, index, None])
         return dict(values)
 
+    def at_scales(self, coordinates: FloatArray, scales: Scales) -> FloatArray:
+        """Coordinates (size,) that stand for the same values where the priors suit other scales.
+
+        Not finite where those priors cannot have drawn them.
+        """
+        others = EffectSet(self.effects, scales).parameters
+        both = zip(self.parameters, others, coordinates, strict=True)
+        return np.array(
+            [float(there.coordinates(here.value(x))) for (_, here), (_, there), x in both]
+        )
+
     def angle(
         self,
         course: Course,
