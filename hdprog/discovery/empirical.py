@@ -17,9 +17,9 @@ UNKNOWN_SHARE = 0.08
 """Share of the explained error that an empirical term must carry beside mechanisms."""
 NAMED_SHARE = 0.75
 """Share of the explainable error below which mechanisms give way to an empirical term."""
-AS_GOOD_SHARE = 0.97
-"""Share of what an empirical term alone explains, from which on mechanisms are not beaten by it:
-so well the true shape of a mechanism is hardly ever known."""
+AS_GOOD = 1.15
+"""Misfit over that of an empirical term alone, up to which mechanisms are not beaten by it: a free
+curve follows the noise a little as well."""
 _LIKE_NOISE = ("time", "order")
 
 
@@ -49,7 +49,7 @@ def with_unknown(
         one.log_evidence - other.log_evidence for one, other in zip(models, alone, strict=True)
     )
     poorly = (base - left) < NAMED_SHARE * (base - floor)
-    beaten = evidence < -THRESHOLD and (base - left) < AS_GOOD_SHARE * (base - left_alone)
+    beaten = evidence < -THRESHOLD and left > AS_GOOD * left_alone
     if alone_gain > 0 and (beaten or (poorly and evidence < 0)):
         return alone
     if gain > 0 and share(bases, models, wider) > UNKNOWN_SHARE:

@@ -29,7 +29,7 @@ from hdprog.physics.effects.base import Effect
 FURTHER_SHARE = 0.10
 """Share of the explained error that a second or later mechanism must carry."""
 CLEARING_SHARE = 0.02
-"""The same for one that clears up what the others left above the noise: to less than a quarter."""
+"""The same for one that clears up what the others left: to less than a quarter of it."""
 _CLEARED = 0.25
 _MOST_EFFECTS = 4
 _MOST_STEPS = 7
@@ -168,9 +168,8 @@ def _carries(bases: Sequence[Model], before: Sequence[Model], after: Sequence[Mo
     base, left, right = (
         sum(model.least_misfit for model in many) for many in (bases, before, after)
     )
-    noise = sum(model.likelihood.blocks for model in bases)
-    cleared = right - noise < _CLEARED * (left - noise)
-    return share_of(base, left, right) >= (CLEARING_SHARE if cleared else FURTHER_SHARE)
+    wanted = CLEARING_SHARE if right < _CLEARED * left else FURTHER_SHARE
+    return share_of(base, left, right) >= wanted
 
 
 def _alike(steps: Sequence[Step], name: str, spread: Callable[..., Iterable[Any]]) -> list[Step]:
