@@ -10,13 +10,15 @@ import numpy as np
 
 from hdprog.discovery.candidates import refits, refits_again
 from hdprog.discovery.model import Model
-from hdprog.discovery.pooling import THRESHOLD
+from hdprog.discovery.pooling import THRESHOLD, pooled
 from hdprog.discovery.unknown import TermGain, term_gains
 from hdprog.physics.effects.base import Effect
 
 _STRUCTURE = 2.0  # log evidence below which nothing is worth a thorough search
 _PROMISING = 4  # candidates that are searched thoroughly where one leads clearly
 _OUT_OF_REACH = 0.5  # log evidence below which a thorough search has not lifted any to the fore
+_RIVAL = 0.75  # of the leader's pooled evidence: a thorough search lifts others by less than that
+_SEVERAL = 3  # records that do not all miss an effect's best mode
 
 
 @dataclass(frozen=True)
@@ -71,33 +73,68 @@ def forward_steps(
             left = {one.id: last.models[one.id] for one in offered[at]}
             steps[at] = replace(last, models=left)
     to_do = [at for at, step in enumerate(steps) if step is None]
-    jobs = ([models[at] for at in to_do], [offered[at] for at in to_do], [rngs[at] for at in to_do])
-    if inner is None:
-        done = list(spread(_step, *jobs))
-    else:
-        done = [_step(*job, spread=inner) for job in zip(*jobs, strict=True)]
+    # Where the candidates are spread, the records go one after the other.
+    over = spread if inner is None else map
+    within = [map if inner is None else inner] * len(to_do)
+    begun, effects = [models[at] for at in to_do], [offered[at] for at in to_do]
+    looks = list(over(_first_look, begun, effects, within))
+    done = over(_second_look, looks, _promising(looks), [rngs[at] for at in to_do], within)
     for at, step in zip(to_do, done, strict=True):
         steps[at] = step
     return [step for step in steps if step is not None]
 
 
-def _step(
-    model: Model,
-    effects: Sequence[Effect],
-    rng: np.random.Generator,
-    spread: Callable[..., Iterable[Any]] = map,
+def _first_look(
+    model: Model, effects: Sequence[Effect], spread: Callable[..., Iterable[Any]]
 ) -> Step:
-    models = dict(refits(model, effects, spread=spread))
-    terms = term_gains(model)
-    gains = {name: found.log_evidence - model.log_evidence for name, found in models.items()}
-    best = max(gains.values(), default=0.0)
-    empirical = max(term.gain for term in terms.values())
-    if max(best, empirical) > _STRUCTURE:
-        # Where one candidate does as well as a free function, few others need a second look.
+    return Step(model, dict(refits(model, effects, spread=spread)), term_gains(model))
+
+
+def _second_look(
+    step: Step,
+    promising: Sequence[str],
+    rng: np.random.Generator,
+    spread: Callable[..., Iterable[Any]],
+) -> Step:
+    """The step with some of its candidates searched thoroughly."""
+    again = {name: step.models[name] for name in promising}
+    found = refits_again(step.before, again, rng, spread=spread)
+    better = {
+        name: max(step.models[name], model, key=lambda one: one.log_evidence)
+        for name, model in found.items()
+    }
+    return replace(step, models={**step.models, **better})
+
+
+def _promising(looks: Sequence[Step]) -> list[list[str]]:
+    """The candidates of each record that are worth a thorough search."""
+    rivals = _rivals(looks) if len(looks) >= _SEVERAL else None
+    chosen = []
+    for look in looks:
+        gains = look.gains
         leading = sorted(gains, key=lambda name: -gains[name])
+        best = max(gains.values(), default=0.0)
+        empirical = max(term.gain for term in look.terms.values())
+        # Where one candidate does as well as a free function, few others need a second look.
         clear = best > max(empirical, THRESHOLD)
         leading = leading[: _PROMISING if clear else 2 * _PROMISING]
-        again = {name: models[name] for name in leading if gains[name] > _OUT_OF_REACH}
-        for name, found in refits_again(model, again, rng, spread=spread).items():
-            models[name] = max(models[name], found, key=lambda one: one.log_evidence)
-    return Step(model, models, terms)
+        if max(best, empirical) <= _STRUCTURE:
+            leading = []
+        if rivals is not None:
+            leading = [name for name in leading if name in rivals]
+        chosen.append([name for name in leading if gains[name] > _OUT_OF_REACH])
+    return chosen
+
+
+def _rivals(looks: Sequence[Step]) -> set[str] | None:
+    """The candidates that may be best over all records; None where none leads clearly."""
+    names = {name for look in looks for name in look.models}
+    gains = {
+        name: pooled([look.gains[name] for look in looks if name in look.models]) for name in names
+    }
+    best = max(gains.values(), default=0.0)
+    coordinates = set.intersection(*(set(look.terms) for look in looks))
+    free = max(pooled([look.terms[name].gain for look in looks]) for name in coordinates)
+    if best <= max(free, THRESHOLD):
+        return None
+    return {name for name, gain in gains.items() if gain > _RIVAL * best}

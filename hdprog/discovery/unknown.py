@@ -10,8 +10,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dtrtrs
-from scipy.optimize import minimize
 
 from hdprog.discovery.model import CORRELATED_PENALTY, Model
 from hdprog.inference.likelihood import LoopLikelihood
@@ -24,7 +22,10 @@ from hdprog.physics.parameters import FloatArray
 
 _ROUNDS = 2
 _READINGS_A_LENGTH = 1.0  # a curve that bends between its readings is their noise
-_LEAST_LOG_SCALE = np.log(0.05)  # of the noise over what the readings show
+_LEAST_VARIANCE = 0.05**2  # of the noise over what the readings show
+_NOISE_STEPS = 12
+_LOG_SIZES = (np.arange(-4.0, 7.5), 0.25 * np.arange(-4, 5), 0.0625 * np.arange(-4, 5))
+"""Of a term over the noise's scale: a grid, and finer ones about the best of the last."""
 _REPEATS = 4  # stretches: two loadings and two unloadings
 TERM_PENALTY = 3.0
 """Log evidence that the term's two numbers must earn."""
@@ -40,9 +41,10 @@ class TermGain:
 
 
 class _Evidence:
-    """Data d ~ N(0, s² I + A Aᵀ + σ² B Bᵀ) for columns A, and B of one shape.
+    """Data d ~ N(0, s² (I + ρ B Bᵀ) + A Aᵀ) for columns A, and B of one shape.
 
-    On the axes of BᵀB every size σ and every noise s leaves B's part diagonal, and A's small.
+    On the axes of BᵀB every share ρ leaves B's part diagonal, and on those of what is left of AᵀA
+    every noise s leaves A's.
     """
 
     def __init__(self, own: FloatArray, smooth: FloatArray, data: FloatArray) -> None:
@@ -52,22 +54,28 @@ class _Evidence:
         self._gram, self._pull = own.T @ own, own.T @ data
         self._squares, self._rows = float(data @ data), data.size
 
-    def log_marginal(self, size: float, log_s: float) -> float:
-        variance, ratio = np.exp(2 * log_s), np.exp(-2 * log_s) * size**2
-        share = ratio / (1 + ratio * self._strength)
-        squares = self._squares - self._pulled @ (share * self._pulled)
-        pull = self._pull - self._crossed.T @ (share * self._pulled)
-        inner = self._gram - self._crossed.T @ (share[:, None] * self._crossed)
-        inner /= variance
-        inner[np.diag_indices_from(inner)] += 1.0
-        # Small matrices many times: LAPACK itself, without the checks around it.
-        factor, failed = dpotrf(inner, lower=1)
-        if failed:
-            return -np.inf
-        solved = dtrtrs(factor, pull, lower=1)[0] / variance
-        log_det = self._rows * 2 * log_s + np.log1p(ratio * self._strength).sum()
-        log_det += 2 * np.log(factor.diagonal()).sum()
-        return float(-0.5 * (squares / variance - solved @ solved + log_det))
+    def at_best_noise(self, ratios: FloatArray, variance: float) -> tuple[FloatArray, FloatArray]:
+        """Log marginal at shares ρ (shares,), each with its best s², and these; (shares,) each.
+
+        s² is found by iteration from `variance`, where its derivative vanishes.
+        """
+        share = ratios[:, None] / (1 + ratios[:, None] * self._strength)
+        squares = self._squares - share @ self._pulled**2
+        pull = self._pull - (share * self._pulled) @ self._crossed
+        left = self._gram - (self._crossed.T * share[:, None, :]) @ self._crossed
+        values, axes = np.linalg.eigh(left)
+        values = np.maximum(values, 0.0)
+        pulls = (pull[:, None, :] @ axes)[:, 0] ** 2
+        best = np.full((ratios.size, 1), max(variance, _LEAST_VARIANCE))
+        for _ in range(_NOISE_STEPS):
+            both = values + best
+            explained = np.sum(pulls * (both + best) / both**2, axis=1)
+            degrees = self._rows - np.sum(values / both, axis=1)
+            best = np.maximum((squares - explained) / degrees, _LEAST_VARIANCE)[:, None]
+        deviance = (squares - np.sum(pulls / (values + best), axis=1)) / best[:, 0]
+        deviance += self._rows * np.log(best[:, 0]) + np.log1p(values / best).sum(axis=1)
+        deviance += np.log1p(ratios[:, None] * self._strength).sum(axis=1)
+        return np.asarray(-0.5 * deviance), best[:, 0]
 
 
 def term_gains(model: Model) -> Mapping[str, TermGain]:
@@ -106,7 +114,7 @@ class _Tangent:
     likelihood : with its noise
     data : (blocks,) what the prior's centre leaves
     own : (blocks, size) columns of the model's coordinates, in prior standard deviations
-    log_scale : start of the noise scale's log
+    variance : s² to begin with
     constant : of the log evidence, by the noise and the offset
     without : log evidence without a term
     """
@@ -114,7 +122,7 @@ class _Tangent:
     likelihood: LoopLikelihood
     data: FloatArray
     own: FloatArray
-    log_scale: float
+    variance: float
     constant: float
     without: float
 
@@ -124,24 +132,14 @@ class _Tangent:
         residual, derivative = likelihood.jacobian(model.start.point)
         data = residual + derivative @ (likelihood.prior_mean - model.start.point)
         own = derivative * likelihood.prior_sd
-        log_s = 0.5 * np.log(float(residual @ residual) / residual.size)
         alone = _Evidence(own, np.zeros((data.size, 0)), data)
-
-        def loss(x: FloatArray) -> float:
-            return -alone.log_marginal(0.0, float(x[0]))
-
-        found = minimize(
-            loss,
-            np.array([log_s]),
-            method="Nelder-Mead",
-            options={"maxiter": 15, "xatol": 0.01, "fatol": 0.05},
-        )
+        variance = float(residual @ residual) / residual.size
+        marginal = float(alone.at_best_noise(np.zeros(1), variance)[0][0])
         ones = likelihood.noise.whiten(np.ones((1, likelihood.blocks)))[0]
         constant = float(-0.5 * likelihood.noise.log_det - 0.5 * np.log(ones @ ones))
         if likelihood.noise.log_ratio is not None:
             constant -= CORRELATED_PENALTY
-        without = constant - float(found.fun)
-        return _Tangent(likelihood, data, own, float(log_s), constant, without)
+        return _Tangent(likelihood, data, own, variance, constant, constant + marginal)
 
     def best(self, basis: FloatArray) -> tuple[float, float, float]:
         """Size and length of the best term in a basis, and the log evidence with it."""
@@ -154,22 +152,16 @@ class _Tangent:
             if length < shortest and length != LENGTHS[0]:
                 continue
             evidence = _Evidence(self.own, smooth * np.tile(spectrum(length), repeated), self.data)
-
-            def loss(x: FloatArray, evidence: _Evidence = evidence) -> float:
-                if x[0] < _LEAST_LOG_SCALE:
-                    return np.inf
-                return -evidence.log_marginal(typical * float(np.exp(x[1] + x[0])), float(x[0]))
-
-            starts = [np.array([self.log_scale, log_size]) for log_size in (1.5, -0.5)]
-            found = minimize(
-                loss,
-                min(starts, key=loss),
-                method="Nelder-Mead",
-                options={"maxiter": 30, "xatol": 0.02, "fatol": 0.05},
-            )
-            evidence_of = self.constant - float(found.fun)
-            if evidence_of > best[2]:
-                best = (typical * float(np.exp(found.x[1])), length, evidence_of)
+            around = 0.0
+            for offsets in _LOG_SIZES:
+                sizes = around + offsets
+                ratios = (typical * np.exp(sizes)) ** 2
+                marginal, _ = evidence.at_best_noise(ratios, self.variance)
+                at = int(marginal.argmax())
+                around = float(sizes[at])
+            found = self.constant + float(marginal[at])
+            if found > best[2]:
+                best = (typical * float(np.exp(around)), length, found)
         return best
 
 
