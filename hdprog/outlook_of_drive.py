@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -16,15 +16,15 @@ from hdprog.inference.posterior import Posterior
 from hdprog.physics.effects.base import Effect
 from hdprog.physics.figures import Operation
 from hdprog.results import Forecast, LoadScenario, TrendSummary
-from hdprog.trend.fitting import begin_trend
+from hdprog.trend.fitting import TrendUnderWay, begin_trend
 from hdprog.trend.fleet import FleetPrior, Said
 from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.joint_refit import BESIDE, Effort
 from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.steady_pace import SteadySaid, Told, pooled_fleet
-from hdprog.trend.trend import Trend
 from hdprog.trend.wear_clock import hours_by_load, pace_of_load
 from hdprog.trend.wear_prior import WearPrior
+from hdprog.trend.what_tests_say import told_early
 
 
 @dataclass(frozen=True)
@@ -43,14 +43,14 @@ class OutlookUnderWay:
     Attributes
     ----------
     drive, operation : what is declared of it, and what figures refer to
-    trend : waits for it
+    trend : under way
     others : finished runs of other drives of the fleet to learn from; None for none
     seed : of the forecasts
     """
 
     drive: Drive
     operation: Operation
-    trend: Callable[[], Trend]
+    trend: TrendUnderWay
     others: FinishedRuns | None
     seed: np.random.SeedSequence
 
@@ -61,7 +61,10 @@ class OutlookUnderWay:
         ----------
         loads : torques to come over the torque so far, forecast from the same random numbers
         """
-        trend, rng = self.trend(), np.random.default_rng(self.seed)
+        rng = np.random.default_rng(self.seed)
+        # Beside the processes that sample the loops.
+        early = told_early(self.trend.linearised, rng.spawn(1)[0])
+        trend = self.trend.finished()
         forecasts = forecast(trend, self.drive, self.operation, rng)
         scenarios = tuple(
             LoadScenario(
@@ -76,7 +79,7 @@ class OutlookUnderWay:
             )
             for load in loads
         )
-        summary = trend.summary(self.drive, self.operation, rng)
+        summary = trend.summary(self.drive, self.operation, rng, early)
         if summary.fleet is not None and self.others is not None:
             fleet = replace(summary.fleet, left_out=self.others.left_out)
             summary = replace(summary, fleet=fleet)
@@ -85,7 +88,7 @@ class OutlookUnderWay:
     def forecasts(self) -> tuple[Forecast, ...]:
         """Wait for the trend; its forecasts alone."""
         rng = np.random.default_rng(self.seed)
-        return forecast(self.trend(), self.drive, self.operation, rng)
+        return forecast(self.trend.finished(), self.drive, self.operation, rng)
 
 
 def begin_outlook(
@@ -145,7 +148,7 @@ def _begin_trend(
     quick: bool,
     executor: Executor | None,
     joint_effort: Effort | None,
-) -> Callable[[], Trend]:
+) -> TrendUnderWay:
     followed = None
     if lasting:
         found = [(one.likelihood.reduced.course.scales, one.effect_values) for one in posteriors]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from hdprog.trend.gaussian_step import GaussianStep
 from hdprog.trend.hyperparameters import (
     FULL,
     QUICK,
-    HyperparameterDraws,
     LogDensity,
     mode_of,
     sample,
@@ -29,7 +29,7 @@ from hdprog.trend.joint_refit import Met, begin_meeting
 from hdprog.trend.joint_start import best_start
 from hdprog.trend.relinearise import JointMode, JointPrior, joint_mode, moved
 from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
-from hdprog.trend.trend import Trend
+from hdprog.trend.trend import LinearisedTrend, Trend
 from hdprog.trend.trend_density import UNWORN, density
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import StatePrior, from_loop, linearise
@@ -37,6 +37,27 @@ from hdprog.trend.wear_prior import WearPrior
 
 _MOVED_ENOUGH = 0.3  # posterior spreads per coordinate after which the loops are taken anew
 _ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class TrendUnderWay:
+    """A trend whose loops may still be sampled in other processes.
+
+    Attributes
+    ----------
+    linearised : before that
+    distance : last move of the linearisation, in posterior spreads
+    meeting : waits for the draws of what the tests met
+    """
+
+    linearised: LinearisedTrend
+    distance: float
+    meeting: Callable[[], Met]
+
+    def finished(self) -> Trend:
+        """Wait for it."""
+        met = self.meeting()
+        return Trend.of(self.linearised, met, _warnings(self.linearised, met, self.distance))
 
 
 def fit_trend(
@@ -76,7 +97,7 @@ def fit_trend(
         alpha=alpha,
         followed=followed,
         joint_effort=joint_effort,
-    )()
+    ).finished()
 
 
 def begin_trend(
@@ -89,8 +110,8 @@ def begin_trend(
     followed: FollowedEffects | None = None,
     joint_effort: JointEffort | None = None,
     executor: Executor | None = None,
-) -> Callable[[], Trend]:
-    """Begin `fit_trend`, and wait for its joint sampling only when what this returns is called.
+) -> TrendUnderWay:
+    """Begin `fit_trend`, and leave its joint sampling under way.
 
     Parameters
     ----------
@@ -144,23 +165,13 @@ def begin_trend(
     effort_of_all = joint_effort or (JOINT_QUICK if quick else JOINT_FULL)
     meeting = begin_meeting(step, draws, rng, effort_of_all, executor)
 
-    def trend() -> Trend:
-        met = meeting()
-        said = _warnings(tests, final, draws, met, distance, wear_prior)
-        return Trend(tests, prior, wear_prior, clock, final, draws, met, said, followed)
-
-    return trend
+    linearised = LinearisedTrend(tests, prior, wear_prior, clock, final, draws, followed)
+    return TrendUnderWay(linearised, distance, meeting)
 
 
-def _warnings(
-    tests: Sequence[LoopEvidence],
-    found: JointMode,
-    draws: HyperparameterDraws,
-    met: Met,
-    distance: float,
-    wear_prior: WearPrior,
-) -> tuple[str, ...]:
+def _warnings(trend: LinearisedTrend, met: Met, distance: float) -> tuple[str, ...]:
     said = []
+    tests, found, draws, wear_prior = trend.tests, trend.mode, trend.draws, trend.wear_prior
     carrier = "the wear prior" if wear_prior.fleet is None else "the fleet"
     if len(tests) == 1:
         said.append(

@@ -55,6 +55,14 @@ class Told:
     steady: SteadySaid | None
 
 
+@dataclass(frozen=True)
+class ToldEarly:
+    """The same before the loops are sampled; `said` is None where it waits for them."""
+
+    said: Said | None
+    steady: SteadySaid | None
+
+
 def all_steady(size: int) -> FleetPrior:
     """Prior of so many deviates that is the shipped one but for a pace that is surely steady."""
     shipped = FleetPrior((), np.zeros(size), np.eye(size))

@@ -29,7 +29,7 @@ from hdprog.trend.fleet import FleetPrior, Said
 from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.joint_refit import Met
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters
-from hdprog.trend.steady_pace import Told, is_steady
+from hdprog.trend.steady_pace import Told, ToldEarly, is_steady
 from hdprog.trend.temperature_effect import cooled, temperature_effect, warmth_added
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_coordinates import STIFFEST_TEETH
@@ -73,7 +73,11 @@ def _own_draws(test: LoopEvidence) -> FloatArray:
 
 
 def summarise(
-    trend: Trend, drive: Drive, operation: Operation, rng: np.random.Generator
+    trend: Trend,
+    drive: Drive,
+    operation: Operation,
+    rng: np.random.Generator,
+    early: ToldEarly | None = None,
 ) -> TrendSummary:
     """Put a trend into numbers.
 
@@ -83,6 +87,7 @@ def summarise(
     drive : its limits' figures are followed beside the standard ones, up to its horizon
     operation : what the figures refer to
     rng : source of randomness
+    early : what could be told to other drives before the loops were sampled; found here if None
 
     Returns
     -------
@@ -130,7 +135,7 @@ def summarise(
         )
         joint = figure_paths(request, measured, trend.prior, operation, trend.followed)
         doubtful += not_reproduced(request.key, own, joint)
-    told = what_tests_say(trend, rng)
+    told = what_tests_say(trend, rng, early)
     return TrendSummary(
         says=_wear_said(trend, told),
         fleet=_fleet_share(trend, told.said, rng),

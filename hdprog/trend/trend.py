@@ -21,6 +21,7 @@ from hdprog.trend.joint_refit import Met
 from hdprog.trend.kalman_filter import at_reference, per_step_of_warmth
 from hdprog.trend.relinearise import JointMode
 from hdprog.trend.state_space import HYPERPARAMETERS, LOAD_SHARE, Hyperparameters, Steps, Timeline
+from hdprog.trend.steady_pace import ToldEarly
 from hdprog.trend.temperature import SeenTests
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import StatePrior, to_loop
@@ -58,8 +59,8 @@ class Paths:
 
 
 @dataclass(frozen=True)
-class Trend:
-    """A fitted trend.
+class LinearisedTrend:
+    """A trend before its loops are sampled: by Gaussians that stand for them.
 
     Attributes
     ----------
@@ -68,8 +69,6 @@ class Trend:
     clock : from service hours to the hours by which wear counts
     mode : where the loops were linearised
     draws : of the hyperparameters by the Gaussian step, as standard normal deviates
-    met : draws of the hyperparameters and of what every test met, by the loops themselves
-    warnings : in words
     followed : effects whose amplitudes are part of the state
     """
 
@@ -79,9 +78,26 @@ class Trend:
     clock: ServiceClock
     mode: JointMode
     draws: HyperparameterDraws
+    followed: FollowedEffects | None
+
+
+@dataclass(frozen=True)
+class Trend(LinearisedTrend):
+    """A fitted trend.
+
+    Attributes
+    ----------
+    met : draws of the hyperparameters and of what every test met, by the loops themselves
+    warnings : in words
+    """
+
     met: Met
     warnings: tuple[str, ...]
-    followed: FollowedEffects | None = None
+
+    @staticmethod
+    def of(linearised: LinearisedTrend, met: Met, warnings: tuple[str, ...]) -> Trend:
+        """From the trend before its loops were sampled."""
+        return Trend(**vars(linearised), met=met, warnings=warnings)
 
     @property
     def _state_prior(self) -> StatePrior:
@@ -181,11 +197,17 @@ class Trend:
         by_load = self.clock.by_load
         return tuple(name for name in HYPERPARAMETERS if by_load or name != LOAD_SHARE)
 
-    def summary(self, drive: Drive, operation: Operation, rng: np.random.Generator) -> TrendSummary:
+    def summary(
+        self,
+        drive: Drive,
+        operation: Operation,
+        rng: np.random.Generator,
+        early: ToldEarly | None = None,
+    ) -> TrendSummary:
         """Put the trend into numbers ready to be written; see `hdprog.trend.summary.summarise`."""
         from hdprog.trend.summary import summarise
 
-        return summarise(self, drive, operation, rng)
+        return summarise(self, drive, operation, rng, early)
 
     def given(self, values: Hyperparameters) -> GivenMeasured:
         """The trend along its tests under hyperparameters, given what the tests met."""

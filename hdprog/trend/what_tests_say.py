@@ -10,9 +10,9 @@ from hdprog.trend.hyperparameters import LogDensity
 from hdprog.trend.smoother import draw
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.steady_evidence import said_by, sampled, steady_said
-from hdprog.trend.steady_pace import Told
+from hdprog.trend.steady_pace import Told, ToldEarly
 from hdprog.trend.temperature import SeenTests
-from hdprog.trend.trend import Trend
+from hdprog.trend.trend import LinearisedTrend, Trend
 from hdprog.trend.trend_density import UNWORN, density
 from hdprog.trend.wear_coordinates import StatePrior
 from hdprog.trend.wear_prior import WearPrior
@@ -22,15 +22,28 @@ DEVIATES: tuple[str, ...] = (*HYPERPARAMETERS, *(f"loading_{name}" for name in N
 _DRAWS = 2000
 
 
-def what_tests_say(trend: Trend, rng: np.random.Generator) -> Told:
+def what_tests_say(trend: Trend, rng: np.random.Generator, early: ToldEarly | None = None) -> Told:
     """Likelihood of the deviates `DEVIATES` of the wear prior's file, as Gaussians.
+
+    Parameters
+    ----------
+    trend : as fitted
+    rng : source of randomness
+    early : what `told_early` found; found here if None
+    """
+    early = told_early(trend, rng) if early is None else early
+    return Told(_exactly(trend, rng) if early.said is None else early.said, early.steady)
+
+
+def told_early(trend: LinearisedTrend, rng: np.random.Generator) -> ToldEarly:
+    """What needs no sampling of the loops: all that is told of a steady pace.
 
     Where a fleet made the prior, the hyperparameters are sampled anew under the shipped one, by the
     loops as the trend has linearised them: what a fleet told is not passed on.
 
     Parameters
     ----------
-    trend : as fitted
+    trend : with or without its loops sampled
     rng : source of randomness
     """
     shipped = trend.wear_prior.without_fleet()
@@ -48,12 +61,11 @@ def what_tests_say(trend: Trend, rng: np.random.Generator) -> Told:
         departure = carried[:, : prior.loading_mean.size] - prior.loading_mean
         return np.asarray((departure / prior.loading_sd)[:, : len(NAMES)])
 
-    if trend.wear_prior.fleet is None:
-        draws, said = trend.draws, _exactly(trend, rng)
-    else:
+    draws, said = trend.draws, None
+    if trend.wear_prior.fleet is not None:
         draws = sampled(density_of(shipped), UNWORN.size, rng, UNWORN)
         said = said_by(draws, shipped, loadings_of, rng)
-    return Told(said, steady_said(shipped, density_of, loadings_of, draws, UNWORN, rng))
+    return ToldEarly(said, steady_said(shipped, density_of, loadings_of, draws, UNWORN, rng))
 
 
 def _exactly(trend: Trend, rng: np.random.Generator) -> Said:

@@ -71,7 +71,7 @@ def test_crossing_is_that_of_the_whole_trend(unit):
     timeline, _ = Timeline.of(unit, clock, wear)
     step = GaussianStep.of(unit, mode, timeline, spread, wear, 0.5, prior.softplus_scale)
     met = met_by_tests(step, alone.draws, np.random.default_rng(5), QUICK)
-    trend = Trend(tuple(unit), prior, wear, clock, mode, alone.draws, met, ())
+    trend = Trend(tuple(unit), prior, wear, clock, mode, alone.draws, None, met, ())
     paths = trend.wandering_paths(hours, np.random.default_rng(3), draws)
     wander = paths.shared * paths.direction[AT] ** 2 + paths.own[..., AT]
     whole = first_crossing(hours, [Margins(1.0 - paths.states[..., AT], wander)])
