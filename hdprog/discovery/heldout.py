@@ -45,7 +45,7 @@ class HeldOut:
 def sample_folds(prepared: Prepared) -> NDArray[np.intp]:
     """(samples,) fold of each reading: its cycle where there are three or more, else a tenth."""
     path = prepared.record_course.path
-    spans = np.abs(np.diff(path.reached, prepend=path.torque[0]))
+    spans = prepared.record_course.spans
     begins = path.starts[path.rising & (spans >= _WHOLE * spans.max())]
     if begins.size < _FEWEST_CYCLES:
         return contiguous_folds(len(prepared.loop))

@@ -136,7 +136,7 @@ def repeatability(course: Course, angle: FloatArray) -> float | None:
     root mean square about the branches' mean in rad, or None where no whole branch repeats
     """
     path = course.path
-    spans = np.abs(np.diff(path.reached, prepend=path.torque[0]))
+    spans = course.spans
     squares, degrees = 0.0, 0
     for rising in (True, False):
         branches = [

@@ -28,7 +28,7 @@ from hdprog.inference.noise import NoiseModel
 from hdprog.inference.priors import Prior
 from hdprog.physics.course import Course
 from hdprog.physics.drive_model import torsion_angle
-from hdprog.physics.effects.base import Effect
+from hdprog.physics.effects.base import Effect, Values
 from hdprog.physics.effects.model import EffectSet, EffectsHeld
 from hdprog.physics.parameters import NAMES, FloatArray, in_support
 
@@ -127,14 +127,23 @@ class LoopLikelihood:
 
     def angle(self, points: FloatArray) -> FloatArray:
         """Model angle without offset, (draws, blocks) in rad, at points (draws, size)."""
+        if self.effects and self.held is None:
+            return self.angle_with(points, self.effect_values(points))
+        parameters, path = self.prior.to_physical(points[:, :COUNT]), self.reduced.course.path
+        fraction = sigmoid(points[:, COUNT])
+        if self.held is None:
+            return torsion_angle(path, parameters, self.alpha, initial_fraction=fraction)
+        return self._held.angle(parameters, self.alpha, fraction) + self.held.shift
+
+    def effect_values(self, points: FloatArray) -> dict[str, Values]:
+        """Values of the effects by id and name, (draws, 1) each, at points (draws, size)."""
+        return self.effect_set.values(points[:, COUNT + 1 :])
+
+    def angle_with(self, points: FloatArray, values: dict[str, Values]) -> FloatArray:
+        """The angle where effects have other values than points (draws, size) have."""
         parameters = self.prior.to_physical(points[:, :COUNT])
         fraction, course = sigmoid(points[:, COUNT]), self.reduced.course
-        if not self.effects:
-            return torsion_angle(course.path, parameters, self.alpha, initial_fraction=fraction)
-        if self.held is None:
-            values = self.effect_set.values(points[:, COUNT + 1 :])
-            return self.effect_set.angle(course, parameters, values, self.alpha, fraction)
-        return self._held.angle(parameters, self.alpha, fraction) + self.held.shift
+        return self.effect_set.angle(course, parameters, values, self.alpha, fraction)
 
     @cached_property
     def _held(self) -> EffectsHeld:
@@ -204,7 +213,11 @@ class LoopLikelihood:
 
     def log_likelihood(self, points: FloatArray) -> FloatArray:
         """(draws,) log L with offset and noise scale integrated out, up to a constant."""
-        left = self.whiten(self.angle(points))
+        return self.log_likelihood_of(self.angle(points))
+
+    def log_likelihood_of(self, angles: FloatArray) -> FloatArray:
+        """The same of model angles (draws, blocks) in rad."""
+        left = self.whiten(angles)
         np.subtract(self._data, left, out=left)
         squares = np.einsum("ij,ij->i", left, left) - (left @ self._whitened_offset) ** 2
         return np.asarray(-0.5 * self.degrees * np.log(squares))

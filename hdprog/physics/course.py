@@ -84,6 +84,11 @@ class Course:
         """(samples,) torque travelled since the last reversal in Nm."""
         return np.maximum((self.path.torque - self.turned_at) * self.path.direction, 0.0)
 
+    @cached_property
+    def spans(self) -> FloatArray:
+        """(stretches,) torque travelled by the end of each stretch in Nm."""
+        return np.abs(np.diff(self.path.reached, prepend=self.path.torque[0]))
+
     def corrected(self, error: FloatArray, error_reached: FloatArray) -> TorquePath:
         """The torque path with an error of the torque sensor taken out.
 

@@ -26,15 +26,16 @@ def jenkins(course: Course, limit: FloatArray, initial: FloatArray) -> FloatArra
     -------
     (draws, samples), −1 to 1
     """
-    path, travel = course.path, course.travel
-    turns = np.abs(np.diff(path.reached, prepend=path.torque[0]))
-    state = np.empty((limit.shape[0], travel.size))
+    path, turns = course.path, course.spans / limit
+    state = course.travel / limit
     current = initial[:, 0]
     for number, (start, end) in enumerate(zip(path.starts, path.ends, strict=True)):
         sign = 1.0 if path.rising[number] else -1.0
-        carried = (sign * current)[:, None] + travel[start:end] / limit
-        state[:, start:end] = sign * np.minimum(carried, 1.0)
-        current = sign * np.minimum(sign * current + turns[number] / limit[:, 0], 1.0)
+        carried = state[:, start:end]
+        carried += sign * current[:, None]
+        np.minimum(carried, 1.0, out=carried)
+        current = sign * np.minimum(sign * current + turns[:, number], 1.0)
+    state *= path.direction
     return state
 
 
@@ -53,8 +54,7 @@ def exponential_lag(
     -------
     (draws, samples) along the course and (draws, stretches) at the stretches' ends, −1 to 1
     """
-    path, travel = course.path, course.travel
-    turns = np.abs(np.diff(path.reached, prepend=path.torque[0]))
+    path, travel, turns = course.path, course.travel, course.spans
     state = np.empty((length.shape[0], travel.size))
     ends = np.empty((length.shape[0], turns.size))
     current = initial[:, 0]

@@ -93,6 +93,11 @@ class FollowedEffects:
         ]
         return np.stack(columns, axis=1)
 
+    def amplitude_values(self, amplitudes: FloatArray) -> dict[Name, FloatArray]:
+        """Physical values (draws, 1) of amplitudes (draws, size), also of negative ones."""
+        each = zip(self.units.items(), amplitudes.T, strict=True)
+        return {name: unit * column[:, None] for (name, unit), column in each}
+
     def lasting(self, amplitudes: FloatArray) -> LastingEffects:
         """The effects of the steady cycle for amplitudes (draws, size); none is below absent."""
         draws = amplitudes.shape[0]

@@ -14,7 +14,7 @@ from hdprog.inference.likelihood import COUNT, LoopLikelihood, sigmoid
 from hdprog.inference.posterior import Posterior
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.exact_likelihood import Nuisances
-from hdprog.trend.followed_effects import SMALLEST, FollowedEffects, Located
+from hdprog.trend.followed_effects import FollowedEffects, Located
 
 _NEWTON_STEPS = 4
 _LARGEST_STEP = 1.0  # prior spreads of a nuisance
@@ -110,12 +110,11 @@ class FittedLoop:
         points[:, :COUNT] = coordinates[:, :COUNT]
         points[:, self._own] = nuisances
         points[:, COUNT] = _logit(nuisances[:, 0])
-        if self.followed is None:
-            with np.errstate(all="ignore"):
-                density = self.likelihood.log_likelihood(points)
-                inside = np.isfinite(density) & self.likelihood.supported(points)
-            return np.where(inside, density, -np.inf)
-        return self._with_amplitudes(points, coordinates[:, COUNT:])
+        with np.errstate(all="ignore"):
+            angle = self._angle(points, coordinates[:, COUNT:])
+            density = self.likelihood.log_likelihood_of(angle)
+            inside = np.isfinite(density) & self.likelihood.supported(points)
+        return np.where(inside, density, -np.inf)
 
     @cached_property
     def _own(self) -> NDArray[np.intp]:
@@ -150,27 +149,20 @@ class FittedLoop:
             residual = residual + derivative[:, column] * place.beyond[0]
         return residual, derivative, columns.astype(np.intp)
 
-    def _with_amplitudes(self, points: FloatArray, amplitudes: FloatArray) -> FloatArray:
-        """Log likelihood (draws,) of points with amplitudes (draws, followed) put into them."""
-        located = self._located(amplitudes)
-        for column, place in located:
+    def _angle(self, points: FloatArray, amplitudes: FloatArray) -> FloatArray:
+        """Angle (draws, blocks) at points with amplitudes (draws, followed) put into them.
+
+        An amplitude that its own coordinate cannot reach counts all the same: the angle is
+        proportional to those.
+        """
+        if self.followed is None:
+            return self.likelihood.angle(points)
+        for column, place in self._located(amplitudes):
             points[:, column] = place.coordinate
-        residual = self.likelihood.residual(points)
-        twice = self._located(np.full((1, self._amplitudes), 2 * SMALLEST))
-        for (column, place), (_, further) in zip(located, twice, strict=True):
-            rows = np.flatnonzero(place.beyond)
-            if rows.size == 0:
-                continue
-            # An amplitude that its own coordinate cannot reach: a straight line from there.
-            near = points[rows].copy()
-            near[:, column] = further.coordinate
-            moved = (self.likelihood.residual(near) - residual[rows]) / SMALLEST
-            residual[rows] += moved * place.beyond[rows, None]
-        with np.errstate(all="ignore"):
-            squares = np.einsum("ij,ij->i", residual, residual)
-            density = -0.5 * self.likelihood.degrees * np.log(squares)
-            inside = np.isfinite(density) & self.likelihood.supported(points)
-        return np.where(inside, density, -np.inf)
+        values = self.likelihood.effect_values(points)
+        for (effect, name), found in self.followed.amplitude_values(amplitudes).items():
+            values[effect] = {**values[effect], name: found}
+        return self.likelihood.angle_with(points, values)
 
     def _located(self, amplitudes: FloatArray) -> list[tuple[int, Located]]:
         """Of each amplitude in (draws, followed), its column in a point and where it lies there."""

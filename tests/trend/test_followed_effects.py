@@ -86,6 +86,17 @@ def test_information_on_an_amplitude_is_that_of_the_exact_likelihood(amplitude: 
     assert np.linalg.eigvalsh(found.precision).min() > -1e-6
 
 
+def test_the_likelihood_goes_on_below_an_amplitude_of_zero() -> None:
+    """The residual is a straight line in the amplitude, so its square is a parabola."""
+    one = evidence(0.3 * WIDEST, 0.0, 3, followed_by(likelihood(0.0, 1)))
+    amplitudes = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+    points = np.hstack([np.tile(TRUTH, (5, 1)), amplitudes[:, None]])
+    own = np.tile(one.nuisances(points[2]).mean, (5, 1))
+    squares = np.exp(-2 * one.log_likelihood(points, own) / one.likelihood.degrees)
+    assert np.diff(squares, 2) == pytest.approx(np.diff(squares, 2)[0], rel=1e-6)
+    assert squares[3] < squares[1]
+
+
 def test_a_test_without_the_effect_says_that_its_amplitude_is_small() -> None:
     followed = followed_by(likelihood(0.0, 1))
     plain = likelihood(0.0, 5, with_friction=False)
