@@ -20,7 +20,6 @@ _WORTH_SETTLING = 1.0  # log evidence gained beside white noise; below it no oth
 def refits(
     model: Model,
     effects: Sequence[Effect],
-    *,
     spread: Callable[..., Iterable[Any]] = map,
 ) -> Mapping[str, Model]:
     """The model with each effect added in turn, its noise found anew; by the effect's id.
@@ -39,10 +38,9 @@ def refits_again(
     model: Model,
     candidates: Mapping[str, Model],
     rng: np.random.Generator,
-    *,
     spread: Callable[..., Iterable[Any]] = map,
 ) -> Mapping[str, Model]:
-    """Candidates refitted once more, from starts all over the prior.
+    """Candidates refitted once more, from starts all over the prior; none is worse than before.
 
     Parameters
     ----------

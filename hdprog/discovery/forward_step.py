@@ -78,32 +78,20 @@ def forward_steps(
     within = [map if inner is None else inner] * len(to_do)
     begun, effects = [models[at] for at in to_do], [offered[at] for at in to_do]
     looks = list(over(_first_look, begun, effects, within))
-    done = over(_second_look, looks, _promising(looks), [rngs[at] for at in to_do], within)
-    for at, step in zip(to_do, done, strict=True):
-        steps[at] = step
+    again = [
+        {name: look.models[name] for name in chosen}
+        for look, chosen in zip(looks, _promising(looks), strict=True)
+    ]
+    found = over(refits_again, begun, again, [rngs[at] for at in to_do], within)
+    for at, look, better in zip(to_do, looks, found, strict=True):
+        steps[at] = replace(look, models={**look.models, **better})
     return [step for step in steps if step is not None]
 
 
 def _first_look(
     model: Model, effects: Sequence[Effect], spread: Callable[..., Iterable[Any]]
 ) -> Step:
-    return Step(model, dict(refits(model, effects, spread=spread)), term_gains(model))
-
-
-def _second_look(
-    step: Step,
-    promising: Sequence[str],
-    rng: np.random.Generator,
-    spread: Callable[..., Iterable[Any]],
-) -> Step:
-    """The step with some of its candidates searched thoroughly."""
-    again = {name: step.models[name] for name in promising}
-    found = refits_again(step.before, again, rng, spread=spread)
-    better = {
-        name: max(step.models[name], model, key=lambda one: one.log_evidence)
-        for name, model in found.items()
-    }
-    return replace(step, models={**step.models, **better})
+    return Step(model, refits(model, effects, spread), term_gains(model))
 
 
 def _promising(looks: Sequence[Step]) -> list[list[str]]:

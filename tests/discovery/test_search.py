@@ -146,9 +146,9 @@ def test_a_record_that_keeps_its_model_is_not_searched_again(
 ) -> None:
     searched: list[Model] = []
 
-    def watched(model: Model, effects: Sequence[Effect], **options: Any) -> Mapping[str, Model]:
+    def watched(model: Model, effects: Sequence[Effect], *spread: Any) -> Mapping[str, Model]:
         searched.append(model)
-        return refits(model, effects, **options)
+        return refits(model, effects, *spread)
 
     monkeypatch.setattr(forward_step, "refits", watched)
     records = [prepared("torque_offset"), prepared("clean")]
