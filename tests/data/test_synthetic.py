@@ -51,6 +51,20 @@ def content(folder: Path) -> dict[str, bytes]:
     }
 
 
+def assert_same(made: Any, kept: Any) -> None:
+    """But for rounding: exponentials of one processor differ from another's in the last digit."""
+    if isinstance(kept, dict):
+        assert list(made) == list(kept)
+        made, kept = list(made.values()), list(kept.values())
+    if isinstance(kept, list):
+        for one, other in zip(made, kept, strict=True):
+            assert_same(one, other)
+    elif isinstance(kept, float):
+        assert made == pytest.approx(kept, rel=1e-12)
+    else:
+        assert made == kept
+
+
 @pytest.fixture(name="drive", scope="module")
 def drive_fixture(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return simulated(tmp_path_factory.mktemp("simulated") / "drive")
@@ -205,7 +219,7 @@ def test_a_shipped_dataset_is_made_by_the_command_it_names(
     again = json.loads(made.pop("truth.json"))
     kept.pop("truth.json")
     assert made == kept
-    assert again | {"made_by": truth["made_by"]} == truth
+    assert_same(again | {"made_by": truth["made_by"]}, truth)
 
 
 @pytest.mark.parametrize(
