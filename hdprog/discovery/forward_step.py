@@ -96,10 +96,10 @@ def _first_look(
 
 def _promising(looks: Sequence[Step]) -> list[list[str]]:
     """The candidates of each record that are worth a thorough search."""
-    rivals = _rivals(looks) if len(looks) >= _SEVERAL else None
+    each = [look.gains for look in looks]
+    rivals = _rivals(looks, each) if len(looks) >= _SEVERAL else None
     chosen = []
-    for look in looks:
-        gains = look.gains
+    for look, gains in zip(looks, each, strict=True):
         leading = sorted(gains, key=lambda name: -gains[name])
         best = max(gains.values(), default=0.0)
         empirical = max(term.gain for term in look.terms.values())
@@ -114,15 +114,19 @@ def _promising(looks: Sequence[Step]) -> list[list[str]]:
     return chosen
 
 
-def _rivals(looks: Sequence[Step]) -> set[str] | None:
-    """The candidates that may be best over all records; None where none leads clearly."""
-    names = {name for look in looks for name in look.models}
-    gains = {
-        name: pooled([look.gains[name] for look in looks if name in look.models]) for name in names
-    }
-    best = max(gains.values(), default=0.0)
+def _rivals(looks: Sequence[Step], each: Sequence[Mapping[str, float]]) -> set[str] | None:
+    """The candidates that may be best over all records; None where none leads clearly.
+
+    Parameters
+    ----------
+    looks : one a record
+    each : gain of every candidate of each record
+    """
+    names = set().union(*each)
+    over_all = {name: pooled([own[name] for own in each if name in own]) for name in names}
+    best = max(over_all.values(), default=0.0)
     coordinates = set.intersection(*(set(look.terms) for look in looks))
     free = max(pooled([look.terms[name].gain for look in looks]) for name in coordinates)
     if best <= max(free, THRESHOLD):
         return None
-    return {name for name, gain in gains.items() if gain > _RIVAL * best}
+    return {name for name, gain in over_all.items() if gain > _RIVAL * best}

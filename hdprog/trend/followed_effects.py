@@ -116,9 +116,7 @@ class FollowedEffects:
         values = amplitudes * unit
         if parameter.transform == "log":
             values = np.maximum(values, SMALLEST * unit)
-        at = parameter.coordinates(values)
-        slope = (parameter.coordinates(values + _STEP * unit) - at) / _STEP
-        return Located(at, slope, amplitudes - values / unit)
+        return Located(parameter, unit, values, amplitudes - values / unit)
 
 
 @dataclass(frozen=True)
@@ -127,11 +125,24 @@ class Located:
 
     Attributes
     ----------
-    coordinate : (draws,) where the effect is evaluated
-    slope : (draws,) of the coordinate by the amplitude
+    parameter : of the effect
+    unit : size that counts as one
+    values : (draws,) physical, where the effect is evaluated
     beyond : (draws,) part of the amplitude that a straight line has to continue
     """
 
-    coordinate: FloatArray
-    slope: FloatArray
+    parameter: EffectParameter
+    unit: float
+    values: FloatArray
     beyond: FloatArray
+
+    @property
+    def coordinate(self) -> FloatArray:
+        """(draws,) where the effect is evaluated."""
+        return self.parameter.coordinates(self.values)
+
+    @property
+    def slope(self) -> FloatArray:
+        """(draws,) of the coordinate by the amplitude."""
+        ahead = self.parameter.coordinates(self.values + _STEP * self.unit)
+        return (ahead - self.coordinate) / _STEP
