@@ -106,6 +106,7 @@ def trace(
     taken: list[str] = []
     made: list[Step] = []
     remaining: list[Mapping[str, TermGain]] | None = None
+    small: _Choice | None = None
     for _ in range(_MOST_STEPS):
         offered = [
             [effect for effect in effects if effect.id not in taken and not lacking[effect.id]]
@@ -122,7 +123,7 @@ def trace(
         for record_steps, step in zip(steps, now, strict=True):
             record_steps.append(step)
         if chosen is None:
-            remaining = [step.terms for step in now]
+            remaining, small = [step.terms for step in now], _leading(now)
             break
         if _choose(now, bases, further=bool(taken)) is None:
             continue
@@ -132,6 +133,12 @@ def trace(
             break
         models, taken = _checked_back(models, bases, taken, rngs, spread)
     finals = with_unknown(bases, models, remaining, spread)
+    if small is not None and _gave_way(models, finals):
+        # A free curve may be needed only for what one more mechanism carries.
+        more = _joined(small, made, spread)
+        others = with_unknown(bases, more, None, spread)
+        if not _gave_way(more, others):
+            models, finals = more, others
     return tuple(
         Traced(
             prepared=record,
@@ -189,6 +196,14 @@ def _alike(steps: Sequence[Step], name: str, spread: Callable[..., Iterable[Any]
     ]
 
 
+def _joined(
+    choice: _Choice, steps: Sequence[Step], spread: Callable[..., Iterable[Any]]
+) -> list[Model]:
+    """The records' models with an effect, refitted alike where all have it in common."""
+    found = _alike(steps, choice.name, spread) if choice.common else steps
+    return [choice.joined(step) for step in found]
+
+
 def _fairly(
     steps: Sequence[Step],
     chosen: _Choice,
@@ -219,18 +234,29 @@ def _without(
     return refitted(models, having, spread, without, [name] * len(models), rngs)
 
 
-def _choose(steps: Sequence[Step], bases: Sequence[Model], *, further: bool) -> _Choice | None:
+def _leading(steps: Sequence[Step]) -> _Choice | None:
+    """The effect that gains most, if that is enough."""
     names = sorted({name for step in steps for name in step.models})
     if not names:
         return None
     gains = {name: gain_of_steps(name, steps) for name in names}
     best = max(names, key=lambda name: gains[name][0])
     gain, common = gains[best]
-    choice = _Choice(best, common)
+    return _Choice(best, common) if gain >= THRESHOLD else None
+
+
+def _choose(steps: Sequence[Step], bases: Sequence[Model], *, further: bool) -> _Choice | None:
+    """The leading effect, unless it is a further one and carries too little."""
+    choice = _leading(steps)
+    if choice is None or not further:
+        return choice
     before, after = [step.before for step in steps], [choice.joined(step) for step in steps]
-    if gain < THRESHOLD or (further and not _carries(bases, before, after)):
-        return None
-    return choice
+    return choice if _carries(bases, before, after) else None
+
+
+def _gave_way(models: Sequence[Model], finals: Sequence[Model]) -> bool:
+    """Whether mechanisms were given up for an empirical term."""
+    return any(model.ids for model in models) and not any(model.ids for model in finals)
 
 
 def _checked_back(

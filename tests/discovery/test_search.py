@@ -20,7 +20,7 @@ import pytest
 from hdprog.config import Drive
 from hdprog.data.drive_folder import read_drive_folder, read_test_loop
 from hdprog.data.loop import Loop
-from hdprog.discovery import forward_step
+from hdprog.discovery import forward_step, search
 from hdprog.discovery.candidates import refits
 from hdprog.discovery.model import Model
 from hdprog.discovery.pooling import THRESHOLD, pooled, share
@@ -103,6 +103,25 @@ def test_two_effects_at_once_are_both_named() -> None:
     assert set(found.final.ids) == {"slip_jump", "torque_offset"}
     assert found.final.term is None
     assert len(found.steps) == 3
+
+
+@pytest.mark.parametrize("enough", [True, False])
+def test_a_small_effect_is_added_where_it_keeps_a_free_curve_out(
+    enough: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def curve_unless_all(
+        bases: Sequence[Model], models: Sequence[Model], *_: Any
+    ) -> Sequence[Model]:
+        return models if enough and len(models[0].ids) == 2 else bases
+
+    for name in ("FURTHER_SHARE", "CLEARING_SHARE"):
+        monkeypatch.setattr(search, name, 2.0)
+    monkeypatch.setattr(search, "with_unknown", curve_unless_all)
+    seeds = [np.random.SeedSequence(1)]
+    found = trace([prepared("two at once")], seeds, SOME)[0]
+    assert len(found.steps) == 2
+    assert set(found.final.ids) == ({"slip_jump", "torque_offset"} if enough else set())
+    assert len(found.mechanisms.ids) == (2 if enough else 1)
 
 
 def test_effects_that_a_record_cannot_show_are_not_tried() -> None:
