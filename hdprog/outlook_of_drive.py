@@ -127,14 +127,14 @@ def begin_beside(
     wear_prior: WearPrior,
     others: FinishedRuns | None,
     seeds: Sequence[np.random.SeedSequence],
-    executor: Executor | None,
 ) -> OutlookUnderWay:
     """Begin forecasts for comparison, over posteriors without effects; from fewer draws.
 
-    Parameters as in `begin_outlook`.
+    They are sampled in this process, beside those that sample the outlook itself. Parameters as in
+    `begin_outlook`.
     """
     return begin_outlook(
-        folder, posteriors, (), wear_prior, others, seeds, True, executor, joint_effort=BESIDE
+        folder, posteriors, (), wear_prior, others, seeds, True, None, joint_effort=BESIDE
     )
 
 

@@ -277,7 +277,7 @@ def run(
             explanation = explain_drive(traced, closed)
             if explanation.effects and folder.drive.limits:
                 before = tuple(one.before for one in closed)
-                beside = begin_beside(folder, before, *shared, executor)
+                beside = begin_beside(folder, before, *shared)
         found = ahead.outlook(loads)
         if explanation is not None:
             without = found.forecasts if beside is None else beside.forecasts()

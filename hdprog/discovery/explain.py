@@ -23,7 +23,9 @@ from hdprog.physics.coordinates import coordinates
 from hdprog.physics.parameters import NAMES
 
 # The drive model alone where it misfits: it shows the shift, and many hardly ever mix well.
-_BESIDE = replace(QUICK, lengths=25.0, first_steps=100, refits=1, most_steps=2000)
+_BESIDE = replace(
+    QUICK, lengths=25.0, warm_up_steps=(60, 30, 50), first_steps=100, refits=1, most_steps=2000
+)
 _STRAINED = 2.5  # prior standard deviations
 
 
