@@ -1,4 +1,4 @@
-"""Independence proposals from a Gaussian mixture that was fitted to a warm-up and then frozen.
+"""Independence proposals from a mixture that was fitted to a warm-up and then frozen.
 
 In ridge coordinates a loop's posterior is bent so little that a handful of Gaussians follows it,
 and most proposals are accepted: draws are then nearly independent. Since the mixture does not
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.special import gammaln
 
 from hdprog.physics.parameters import FloatArray
 
@@ -25,19 +26,22 @@ _RIDGE = 1e-6
 
 
 @dataclass(frozen=True)
-class GaussianMixture:
-    """A mixture of Gaussians.
+class Mixture:
+    """A mixture of Gaussians, or of Student's t distributions.
 
     Attributes
     ----------
     log_weights : (components,)
     means : (components, dimensions)
-    factors : (components, dimensions, dimensions) lower Cholesky factors of the covariances
+    factors : (components, dimensions, dimensions) lower Cholesky factors of the covariances, or of
+        the squared scales
+    degrees : of freedom of Student's t; None for Gaussians
     """
 
     log_weights: FloatArray
     means: FloatArray
     factors: FloatArray
+    degrees: float | None = None
 
     def log_components(self, points: FloatArray) -> FloatArray:
         """Log of weight times density of every component, (points, components)."""
@@ -46,8 +50,14 @@ class GaussianMixture:
         whitened = np.matmul(inverse, points.T)  # (components, dimensions, points)
         whitened -= np.matmul(inverse, self.means[:, :, None])
         squares = np.einsum("kij,kij->kj", whitened, whitened)
-        constant = self.log_weights + log_scale - 0.5 * dimensions * np.log(2 * np.pi)
-        return np.asarray((constant[:, None] - 0.5 * squares).T)
+        constant = self.log_weights + log_scale
+        if self.degrees is None:
+            constant -= 0.5 * dimensions * np.log(2 * np.pi)
+            return np.asarray((constant[:, None] - 0.5 * squares).T)
+        both = 0.5 * (self.degrees + dimensions)
+        constant += gammaln(both) - gammaln(0.5 * self.degrees)
+        constant -= 0.5 * dimensions * np.log(np.pi * self.degrees)
+        return np.asarray((constant[:, None] - both * np.log1p(squares / self.degrees)).T)
 
     @cached_property
     def _inverse(self) -> tuple[FloatArray, FloatArray]:
@@ -64,6 +74,8 @@ class GaussianMixture:
         """Draws (size, dimensions)."""
         chosen = random.choice(self.log_weights.size, size=size, p=np.exp(self.log_weights))
         noise = random.standard_normal((size, self.means.shape[1]))
+        if self.degrees is not None:
+            noise /= np.sqrt(random.chisquare(self.degrees, size) / self.degrees)[:, None]
         return np.asarray(self.means[chosen] + np.einsum("nij,nj->ni", self.factors[chosen], noise))
 
 
@@ -74,7 +86,7 @@ def _log_sum(log_terms: FloatArray) -> FloatArray:
     return np.asarray(largest + np.log(summed))
 
 
-def fit_mixture(samples: FloatArray, components: int, rng: np.random.Generator) -> GaussianMixture:
+def fit_mixture(samples: FloatArray, components: int, rng: np.random.Generator) -> Mixture:
     """Fit a Gaussian mixture by expectation-maximisation, and add one wide component.
 
     Parameters
@@ -92,7 +104,6 @@ def fit_mixture(samples: FloatArray, components: int, rng: np.random.Generator) 
     distance = ((white[:, None, :] - seeds) ** 2).sum(axis=-1)
     share = np.exp(-0.5 * (distance - distance.min(axis=1, keepdims=True)))
     share /= share.sum(axis=1, keepdims=True)
-    unit = np.eye(dimensions)
     products = (white[:, :, None] * white[:, None, :]).reshape(count, -1)
     reached = -np.inf
     for _ in range(_ITERATIONS):
@@ -100,17 +111,18 @@ def fit_mixture(samples: FloatArray, components: int, rng: np.random.Generator) 
         means = share.T @ white / mass[:, None]
         spread = (share.T @ products).reshape(components, dimensions, dimensions)
         spread -= mass[:, None, None] * means[:, :, None] * means[:, None, :]
-        # A component with few samples leans on the overall covariance.
-        spread = (spread + dimensions * unit) / (mass + dimensions)[:, None, None]
-        factors = np.linalg.cholesky(spread + _RIDGE * unit)
-        mixture = GaussianMixture(np.log(mass / mass.sum()), means, factors)
+        # A component with few samples leans on the others.
+        shared = dimensions * spread.sum(axis=0) / count
+        spread = (spread + shared) / (mass + dimensions)[:, None, None]
+        factors = np.linalg.cholesky(spread + _RIDGE * np.eye(dimensions))
+        mixture = Mixture(np.log(mass / mass.sum()), means, factors)
         log_share = mixture.log_components(white)
         log_density = _log_sum(log_share)
         share = np.exp(log_share - log_density)
         before, reached = reached, float(log_density.mean())
         if reached - before < _SETTLED:
             break
-    return GaussianMixture(
+    return Mixture(
         log_weights=np.append(mixture.log_weights + np.log1p(-_WIDE_WEIGHT), np.log(_WIDE_WEIGHT)),
         means=np.vstack([centre + mixture.means @ overall.T, centre]),
         factors=np.concatenate(
@@ -123,7 +135,7 @@ def fit_mixture(samples: FloatArray, components: int, rng: np.random.Generator) 
 class IndependenceProposal:
     """Proposal function for `emcee.moves.MHMove`."""
 
-    mixture: GaussianMixture
+    mixture: Mixture
 
     def __call__(
         self, position: FloatArray, random: np.random.RandomState

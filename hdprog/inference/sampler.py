@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdprog.inference.likelihood import COUNT, LoopLikelihood, sigmoid
-from hdprog.inference.mixture_proposal import GaussianMixture, IndependenceProposal
+from hdprog.inference.mixture_proposal import IndependenceProposal, Mixture
 from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
 from hdprog.inference.starting_points import StartingPoint
 from hdprog.inference.threshold_redraw import ThresholdRedraw
@@ -96,7 +96,7 @@ class EnsembleState:
 
 def moves(
     ensembles: int,
-    mixture: GaussianMixture | None = None,
+    mixture: Mixture | None = None,
     redraw: ThresholdRedraw | None = None,
 ) -> list[tuple[Any, float]]:
     """The moves in use with their weights; their stationarity is tested on known targets.
@@ -129,7 +129,7 @@ def sample_ensembles(
     log_density: LogDensity,
     state: EnsembleState,
     steps: int,
-    mixture: GaussianMixture | None = None,
+    mixture: Mixture | None = None,
     redraw: ThresholdRedraw | None = None,
 ) -> tuple[FloatArray, float, EnsembleState]:
     """Run independent ensembles on, side by side.

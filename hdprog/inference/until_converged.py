@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hdprog.inference.diagnostics import LENGTHS, Diagnostics, autocorrelation_time, diagnose
-from hdprog.inference.mixture_proposal import GaussianMixture, fit_mixture
+from hdprog.inference.mixture_proposal import Mixture, fit_mixture
 from hdprog.inference.sampler import (
     ENSEMBLES,
     WALKERS,
@@ -24,6 +24,7 @@ from hdprog.physics.parameters import FloatArray
 Progress = Callable[[str, int, int], None]
 _SLOW = 9.0  # autocorrelation time in steps above which the proposal is fitted anew
 _HELPED = 0.8  # of the time before, which a proposal fitted anew must reach to be fitted again
+_TAIL_DEGREES = 6.0  # of Student's t where the Gaussians' tails have held walkers up
 _MORE_SEEN = 4  # or chains so many times as long as those that it was fitted to
 _MIXTURE_DRAWS = 6000
 
@@ -76,7 +77,7 @@ def sample_until_converged(
     steps_done = 0
 
     def advance(
-        steps: int, mixture: GaussianMixture | None, temperature: float = 1.0
+        steps: int, mixture: Mixture | None, temperature: float = 1.0
     ) -> tuple[FloatArray, float, list[EnsembleState]]:
         nonlocal steps_done
         many, density = len(states), replace(posterior, temperature=temperature)
@@ -87,7 +88,7 @@ def sample_until_converged(
         accepted = float(np.mean([share for _, share, _ in results]))
         return chains, accepted, [state for _, _, state in results]
 
-    mixture: GaussianMixture | None = None
+    mixture: Mixture | None = None
     redraw = ThresholdRedraw(posterior.likelihood) if posterior.likelihood.ridge else None
     late: list[FloatArray] = []
     cooling = plan.temperatures[-len(plan.warm_up_steps) :]
@@ -109,7 +110,8 @@ def sample_until_converged(
         if tau > _SLOW and refits < plan.refits and worth_it:
             # The proposal misses part of the posterior: what was seen so far becomes warm-up.
             slowest, fitted_to = tau, total
-            mixture = fit_mixture(_some(ridge), plan.components[-1] + 4 * refits + 2, rng)
+            again = fit_mixture(_some(ridge), plan.components[-1] + 4 * refits + 2, rng)
+            mixture = replace(again, degrees=_TAIL_DEGREES)
             warm_up, refits = steps_done, refits + 1
             ridge, accepted, states = advance(plan.first_steps * refits, mixture)
             continue

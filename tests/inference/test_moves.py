@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import emcee
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from scipy import stats
 
 from hdprog.inference.diagnostics import fold
-from hdprog.inference.mixture_proposal import GaussianMixture, fit_mixture
+from hdprog.inference.mixture_proposal import Mixture, fit_mixture
 from hdprog.inference.sampler import EnsembleState, fresh_random_state, moves, sample_ensembles
 
 DIMENSIONS, WALKERS, STEPS = 5, 20, 3000
@@ -27,7 +28,7 @@ def truncated(points: np.ndarray) -> np.ndarray:
     return np.where(inside, -0.5 * (points**2).sum(axis=1), -np.inf)
 
 
-def sampled(target, mixture: GaussianMixture | None, seed: int) -> np.ndarray:
+def sampled(target, mixture: Mixture | None, seed: int) -> np.ndarray:
     rng = np.random.default_rng(seed)
     start = np.abs(rng.standard_normal((1, WALKERS, DIMENSIONS)))
     state = EnsembleState(start, fresh_random_state(rng))
@@ -36,15 +37,19 @@ def sampled(target, mixture: GaussianMixture | None, seed: int) -> np.ndarray:
     return fold(chains[:, 300:])[0]
 
 
-def poor_mixture() -> GaussianMixture:
+def poor_mixture(degrees: float | None = None) -> Mixture:
     """A proposal that is off in place and spread: it may be slow, never wrong."""
     rng = np.random.default_rng(1)
-    return fit_mixture(0.4 + 1.3 * rng.standard_normal((800, DIMENSIONS)), 3, rng)
+    found = fit_mixture(0.4 + 1.3 * rng.standard_normal((800, DIMENSIONS)), 3, rng)
+    return replace(found, degrees=degrees)
 
 
-@pytest.mark.parametrize("with_mixture", [False, True])
-def test_correlated_gaussian(with_mixture: bool) -> None:
-    draws = sampled(correlated, poor_mixture() if with_mixture else None, 5)
+PROPOSALS = {"none": None, "Gaussians": poor_mixture(), "Student's t": poor_mixture(6.0)}
+
+
+@pytest.mark.parametrize("proposal", PROPOSALS)
+def test_correlated_gaussian(proposal: str) -> None:
+    draws = sampled(correlated, PROPOSALS[proposal], 5)
     # About 1 500 effective draws at least: 4 standard errors of the SD are 0.07 (false alarm
     # 6e-5 a dimension).
     np.testing.assert_allclose(draws.std(axis=0), 1.0, atol=0.07)
@@ -52,9 +57,9 @@ def test_correlated_gaussian(with_mixture: bool) -> None:
     np.testing.assert_allclose(np.corrcoef(draws.T)[np.triu_indices(5, 1)], 0.7, atol=0.06)
 
 
-@pytest.mark.parametrize("with_mixture", [False, True])
-def test_truncated_gaussian(with_mixture: bool) -> None:
-    draws = sampled(truncated, poor_mixture() if with_mixture else None, 6)
+@pytest.mark.parametrize("proposal", PROPOSALS)
+def test_truncated_gaussian(proposal: str) -> None:
+    draws = sampled(truncated, PROPOSALS[proposal], 6)
     half = stats.halfnorm()
     np.testing.assert_allclose(draws.mean(axis=0), half.mean(), atol=0.06)
     np.testing.assert_allclose(draws.std(axis=0), half.std(), atol=0.05)
@@ -113,10 +118,11 @@ def test_same_seed_same_chain_whatever_the_global_state() -> None:
     np.testing.assert_array_equal(first, sampled(correlated, None, 8))
 
 
-def test_mixture_density_is_a_density_and_follows_its_draws() -> None:
+@pytest.mark.parametrize("degrees", [None, 6.0])
+def test_mixture_density_is_a_density_and_follows_its_draws(degrees: float | None) -> None:
     rng = np.random.default_rng(2)
     samples = np.concatenate([rng.normal(-2, 0.5, (600, 2)), rng.normal(1, 1.0, (600, 2))])
-    mixture = fit_mixture(samples, 2, rng)
+    mixture = replace(fit_mixture(samples, 2, rng), degrees=degrees)
     grid = np.stack(np.meshgrid(*[np.linspace(-15, 15, 601)] * 2), axis=-1).reshape(-1, 2)
     assert np.exp(mixture.log_density(grid)).sum() * 0.05**2 == pytest.approx(1.0, abs=1e-3)
     drawn = mixture.draw(20_000, np.random.RandomState(1))

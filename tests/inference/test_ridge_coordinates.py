@@ -9,9 +9,12 @@ import pytest
 
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
+from hdprog.physics.parameters import BY_NAME
 
 
-@pytest.mark.parametrize(("alpha_deg", "largest"), [(20.0, None), (30.0, None), (30.0, 60.0)])
+@pytest.mark.parametrize(
+    ("alpha_deg", "largest"), [(20.0, None), (30.0, None), (30.0, 60.0), (30.0, 9.0)]
+)
 def test_round_trip_and_jacobian(alpha_deg: float, largest: float | None) -> None:
     alpha = math.radians(alpha_deg)
     prior = read_prior_file("csf-25-80").prior(None)
@@ -51,6 +54,18 @@ def test_the_fall_of_friction_is_that_up_to_the_largest_torque() -> None:
         from_unconstrained(point, alpha, prior.softplus_scale),
         rtol=1e-12,
     )
+
+
+def test_a_threshold_beyond_the_record_moves_nothing_else() -> None:
+    prior = read_prior_file("csf-25-80").prior(None)
+    frame = (math.radians(30), prior.softplus_scale, 9.0)
+    point = prior.mean[None, :].copy()
+    point[:, 4] = BY_NAME["T_T"].to_coordinate(np.array([9.5]), prior.softplus_scale)
+    moved = point + 0.5 * np.eye(8)[4]
+    before, after = from_unconstrained(point, *frame), from_unconstrained(moved, *frame)
+    np.testing.assert_allclose(np.flatnonzero(np.abs(after - before)[0] > 1e-12), [4])
+    inside = point - 0.5 * np.eye(8)[4]
+    assert abs(from_unconstrained(inside, *frame) - before)[0, 0] > 1e-3
 
 
 def test_positions_that_name_no_parameters_have_no_density() -> None:

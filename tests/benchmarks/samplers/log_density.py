@@ -104,14 +104,14 @@ class JaxPosterior:
         log_rest = log_C + log_sigmoid(-logit_W)
         log_K_F = -log_sigmoid(logit_F) - log_rest
         log_mesh = -log_sigmoid(-logit_F) - log_rest
-        log_T_T = math.log(scale) + jnp.log(jnp.logaddexp(0.0, x_T))
-        log_y = log_D + log_mesh - log_T_T
+        log_met = jnp.log(jnp.minimum(scale * jnp.logaddexp(0.0, x_T), largest))
+        log_y = log_D + log_mesh - log_met
         left = jnp.exp(jnp.minimum(log_m, log_P - math.log(largest))) - _XI_SCALE * xi
         inside = (log_y < _LARGEST_LOG) & (left > 0)
         y = jnp.exp(jnp.where(inside, log_y, 0.0))
         z = 2 * jnp.expm1(y)
         log_b = log_mesh - jnp.log1p(z)
-        log_a = jnp.log(z) + log_b - log_T_T
+        log_a = jnp.log(z) + log_b - log_met
         log_mu = jnp.log(jnp.where(inside, left, 1.0) / math.cos(alpha))
         log_jacobian = jnp.log(y) - jnp.log(-jnp.expm1(-y)) - log_mu
         coordinates = jnp.stack(
