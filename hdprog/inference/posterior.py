@@ -22,6 +22,8 @@ from hdprog.physics.parameters import NAMES, FloatArray, Parameters
 from hdprog.physics.steady_cycle import QUANTITIES, LastingEffects, whole_figure
 
 FIGURE_DRAWS = 2000
+_FIT_DRAWS = 32  # of which the fitted curve is the median
+_LONG_RECORD = 200_000  # readings
 
 
 @dataclass(frozen=True)
@@ -140,14 +142,19 @@ class Posterior:
 
     @cached_property
     def record_residual(self) -> FloatArray:
-        """(samples,) measured angle minus the fitted one at every reading, in rad."""
+        """(samples,) measured angle minus the fitted one at every reading, in rad.
+
+        The median of some draws: single ones of linearised effects may lie far away. In records so
+        long that it would take its time, the best fit.
+        """
         whole = self.likelihood.at_course(self.record_course)
-        chosen = self.thinned(8 if len(self.loop) < 200_000 else 1)
-        points = self.points[chosen]
-        difference = self.loop.angle - whole.angle(points).mean(axis=0)
+        points = self.best[None]
+        if len(self.loop) < _LONG_RECORD:
+            points = self.points[self.thinned(_FIT_DRAWS)]
+        difference = self.loop.angle - np.median(whole.angle(points), axis=0)
         term = self.likelihood.noise.term
         if term is not None:
-            left = self.likelihood.reduced.angle - self.likelihood.angle(points).mean(axis=0)
+            left = self.likelihood.reduced.angle - np.median(self.likelihood.angle(points), axis=0)
             left -= self.likelihood.offset(left)
             coefficients = self.likelihood.noise.coefficients(left)
             difference = difference - term.features(self.record_course) @ coefficients

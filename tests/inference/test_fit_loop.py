@@ -61,6 +61,15 @@ def test_same_seed_same_draws(worn: Posterior) -> None:
     np.testing.assert_array_equal(fitted(worn_loop()).coordinates, worn.coordinates)
 
 
+def test_a_few_draws_far_away_leave_the_error_of_the_fit_as_it_is(worn: Posterior) -> None:
+    chains = worn.chains.copy()
+    chains[:, :, ::5, 0] -= 2.0  # a cup of an eighth of the stiffness in a fifth of the draws
+    spoilt = replace(worn, chains=chains)
+    assert spoilt.parameters["K_F"].min() < 0.2 * worn.parameters["K_F"].min()
+    before, after = (np.sqrt(np.mean(one.record_residual**2)) for one in (worn, spoilt))
+    assert after == pytest.approx(before, rel=0.1)
+
+
 def test_spikes_hardly_move_the_figures(worn: Posterior) -> None:
     spiked = fitted(worn_loop(spike_share=0.02))
     assert spiked.outlier_fraction == pytest.approx(0.02, abs=0.012)
