@@ -106,7 +106,6 @@ def trace(
     taken: list[str] = []
     made: list[Step] = []
     remaining: list[Mapping[str, TermGain]] | None = None
-    small: _Choice | None = None
     for _ in range(_MOST_STEPS):
         offered = [
             [effect for effect in effects if effect.id not in taken and not lacking[effect.id]]
@@ -115,15 +114,14 @@ def trace(
         now = made = forward_steps(models, offered, made, _children(rngs), spread, inner)
         chosen = _choose(now, bases, further=bool(taken))
         if chosen is not None:
-            now = _alike(now, chosen.name, spread) if chosen.common else now
-            now = _fairly(now, chosen, _children(rngs), spread)
+            now = _fairly(_alike(now, chosen, spread), chosen, _children(rngs), spread)
             if not taken:
                 bases = [step.before for step in now]
             models = [step.before for step in now]
         for record_steps, step in zip(steps, now, strict=True):
             record_steps.append(step)
         if chosen is None:
-            remaining, small = [step.terms for step in now], _leading(now)
+            remaining = [step.terms for step in now]
             break
         if _choose(now, bases, further=bool(taken)) is None:
             continue
@@ -133,9 +131,9 @@ def trace(
             break
         models, taken = _checked_back(models, bases, taken, rngs, spread)
     finals = with_unknown(bases, models, remaining, spread)
-    if small is not None and _gave_way(models, finals):
+    if remaining is not None and _gave_way(models, finals) and (small := _leading(made)):
         # A free curve may be needed only for what one more mechanism carries.
-        more = _joined(small, made, spread)
+        more = [small.joined(step) for step in _alike(made, small, spread)]
         others = with_unknown(bases, more, None, spread)
         if not _gave_way(more, others):
             models, finals = more, others
@@ -179,11 +177,16 @@ def _carries(bases: Sequence[Model], before: Sequence[Model], after: Sequence[Mo
     return share_of(base, left, right) >= wanted
 
 
-def _alike(steps: Sequence[Step], name: str, spread: Callable[..., Iterable[Any]]) -> list[Step]:
+def _alike(
+    steps: Sequence[Step], choice: _Choice, spread: Callable[..., Iterable[Any]]
+) -> list[Step]:
     """The steps with a common effect refitted from where it is seen best.
 
     A record that hardly shows it by itself may have settled on another shape.
     """
+    if not choice.common:
+        return list(steps)
+    name = choice.name
     before = [step.before for step in steps]
     found = [step.models.get(name, step.before) for step in steps]
     shown = [at for at, step in enumerate(steps) if name in step.models]
@@ -194,14 +197,6 @@ def _alike(steps: Sequence[Step], name: str, spread: Callable[..., Iterable[Any]
         replace(step, models={**step.models, name: one}) if name in step.models else step
         for step, one in zip(steps, found, strict=True)
     ]
-
-
-def _joined(
-    choice: _Choice, steps: Sequence[Step], spread: Callable[..., Iterable[Any]]
-) -> list[Model]:
-    """The records' models with an effect, refitted alike where all have it in common."""
-    found = _alike(steps, choice.name, spread) if choice.common else steps
-    return [choice.joined(step) for step in found]
 
 
 def _fairly(
