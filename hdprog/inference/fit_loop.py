@@ -118,10 +118,12 @@ def sample_posterior(
     stored = chains[:, :: -(-chains.shape[1] // plan.stored_steps)]
     flat = stored.reshape(-1, sampled.size)
     offset, scale = sampled.nuisances(flat, rng)
+    drawn = None
     if linearised is not None:
-        flat = linearised.complete(flat, offset, scale, rng)
-        sampling["pareto_k"] = linearised.pareto_k(flat, offset, scale)
-        stored = flat.reshape(*stored.shape[:3], likelihood.size)
+        drawn = linearised.draws(flat, offset, scale, len(stored), rng)
+        offset, scale = drawn.offset, drawn.scale
+        sampling |= {"pareto_k": drawn.pareto_k, "weighted_draws_effective": drawn.effective}
+        stored = drawn.points.reshape(*stored.shape[:3], likelihood.size)
     warnings = list(prepared.warnings)
     if likelihood.effective is not None:
         warnings.append(
@@ -140,10 +142,11 @@ def sample_posterior(
         )
     if likelihood.effects or likelihood.noise.term is not None:
         warnings.append(_figures_leave_out(likelihood))
-    if sampling.get("pareto_k", 0.0) > PARETO_K_LIMIT:
+    if drawn is not None and not drawn.exact:
         warnings.append(
             "The effects' parameters are drawn from a model that is linear in them, and this record"
-            f" bends it (Pareto k {sampling['pareto_k']:.1f}, above {PARETO_K_LIMIT}): their "
+            f" bends it (Pareto k {drawn.pareto_k:.1f} where {PARETO_K_LIMIT} is allowed, "
+            f"{drawn.effective:.0f} effective draws by weights): their "
             "intervals are rough; the drive's parameters are less touched."
         )
     return Posterior(

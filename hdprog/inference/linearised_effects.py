@@ -3,9 +3,9 @@
 Near their best values ẑ the angle is linear in the effects' coordinates,
 f(x, z) ≈ f(x, ẑ) + E (z − ẑ). With their standard Gaussian prior, z is integrated out exactly: −E ẑ
 joins the model and E Eᵀ the noise. The sampler then sees nine dimensions whatever effects there
-are. Afterwards z is drawn from its exact conditional distribution. What the linearisation costs is
-measured by importance weights against the exact density, with their Pareto k (Vehtari et al.,
-J. Mach. Learn. Res. 25 (2024) 72).
+are. Afterwards z is drawn from its exact conditional distribution, and the draws are taken again by
+importance weights against the exact density, Pareto-smoothed. Their Pareto k says whether that
+holds (Vehtari et al., J. Mach. Learn. Res. 25 (2024) 72).
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hdprog.inference.lazy_arviz import arviz
 from hdprog.inference.likelihood import COUNT, HeldEffects, LoopLikelihood
@@ -20,7 +21,29 @@ from hdprog.inference.starting_points import StartingPoint
 from hdprog.physics.parameters import FloatArray
 
 PARETO_K_LIMIT = 0.7
-_WEIGHED = 1000
+_TOGETHER = 256
+_FEWEST_EFFECTIVE = 100.0  # weighted draws that may stand for a posterior
+
+
+@dataclass(frozen=True)
+class EffectDraws:
+    """Draws with the effects' coordinates in them.
+
+    Attributes
+    ----------
+    points : (draws, size)
+    offset, scale : (draws,) of the angle in rad, of the noise
+    pareto_k : of the weights of the exact density over the linearised one
+    effective : draws that the weighted ones are worth
+    exact : whether they follow the exact density; the linearised one if the weights do not hold
+    """
+
+    points: FloatArray
+    offset: FloatArray
+    scale: FloatArray
+    pareto_k: float
+    effective: float
+    exact: bool
 
 
 @dataclass(frozen=True)
@@ -58,17 +81,46 @@ class LinearisedEffects:
         held = HeldEffects(best, -derivative @ best, derivative / scale)
         return LinearisedEffects(exact, replace(exact, held=held), scale)
 
-    def complete(
-        self, points: FloatArray, offset: FloatArray, scale: FloatArray, rng: np.random.Generator
-    ) -> FloatArray:
-        """Points (draws, size) with the effects drawn, given points (draws, 9) without.
+    def draws(
+        self,
+        points: FloatArray,
+        offset: FloatArray,
+        scale: FloatArray,
+        groups: int,
+        rng: np.random.Generator,
+    ) -> EffectDraws:
+        """Draws of the exact density, given draws of the linearised one without the effects.
 
         Parameters
         ----------
         points, offset, scale : (draws, 9), (draws,) in rad, (draws,)
+        groups : of draws that follow each other and share nothing; they stay apart
         rng : source of randomness
         """
-        sampled = self.sampled
+        complete, log_ratio = np.empty((len(points), self.exact.size)), np.empty(len(points))
+        # Few points at a time: their angles stay in the processor's cache.
+        for start in range(0, len(points), _TOGETHER):
+            part = slice(start, start + _TOGETHER)
+            complete[part], log_ratio[part] = self._complete(
+                points[part], offset[part], scale[part], rng
+            )
+        smoothed, pareto_k = arviz().psislw(log_ratio - log_ratio.max())
+        weight = np.exp(smoothed - smoothed.max())
+        effective = float(weight.sum() ** 2 / np.sum(weight**2))
+        exact = bool(pareto_k <= PARETO_K_LIMIT and effective >= _FEWEST_EFFECTIVE)
+        if exact:
+            parts = np.split(weight, groups)
+            chosen = np.concatenate(
+                [at * len(part) + _systematic(part, rng) for at, part in enumerate(parts)]
+            )
+            complete, offset, scale = complete[chosen], offset[chosen], scale[chosen]
+        return EffectDraws(complete, offset, scale, float(pareto_k), effective, exact)
+
+    def _complete(
+        self, points: FloatArray, offset: FloatArray, scale: FloatArray, rng: np.random.Generator
+    ) -> tuple[FloatArray, FloatArray]:
+        """Points with effects (draws, size), and log of the exact density over the linearised."""
+        sampled, noise = self.sampled, self.exact.noise
         left = sampled.reduced.angle - sampled.angle(points) - offset[:, None]
         pulled = sampled.whiten(self.features.T).T
         mean = sampled.whiten(left) @ pulled
@@ -76,21 +128,21 @@ class LinearisedEffects:
         values, vectors = np.linalg.eigh(0.5 * (spread + spread.T))
         factor = vectors * np.sqrt(np.maximum(values, 0.0))
         drawn = rng.standard_normal(mean.shape) @ factor.T
-        return np.hstack([points, (mean + scale[:, None] * drawn) / self.scale])
+        effects = (mean + scale[:, None] * drawn) / self.scale
+        complete = np.hstack([points, effects])
+        linear = left - effects @ (self.features.T * self.scale)
+        exact = self.exact.reduced.angle - self.exact.angle(complete) - offset[:, None]
+        squares = [np.sum(noise.whiten(each) ** 2, axis=1) for each in (exact, linear)]
+        log_ratio = 0.5 * (squares[1] - squares[0]) / scale**2
+        # Integrated out, the effects' prior is as wide as the noise scale over the mode's.
+        wider = scale / self.scale
+        log_ratio += 0.5 * np.sum(effects**2, axis=1) * (wider**-2 - 1.0)
+        log_ratio += effects.shape[1] * np.log(wider)
+        return complete, np.where(np.isfinite(log_ratio), log_ratio, -1e6)
 
-    def pareto_k(self, points: FloatArray, offset: FloatArray, scale: FloatArray) -> float:
-        """Pareto k of the exact density over the linearised one, at complete points."""
-        chosen = np.linspace(0, len(points) - 1, min(len(points), _WEIGHED)).astype(int)
-        points, offset, scale = points[chosen], offset[chosen], scale[chosen]
-        effects = points[:, COUNT + 1 :]
-        noise = self.exact.noise
-        exact = self.exact.reduced.angle - self.exact.angle(points) - offset[:, None]
-        linear = self.sampled.angle(points[:, : COUNT + 1]) + effects @ (
-            self.features.T * self.scale
-        )
-        linear = self.exact.reduced.angle - linear - offset[:, None]
-        squares = [np.sum(noise.whiten(left) ** 2, axis=1) / scale**2 for left in (exact, linear)]
-        log_ratio = -0.5 * (squares[0] - squares[1])
-        log_ratio = np.where(np.isfinite(log_ratio), log_ratio, -1e6)
-        _, k = arviz().psislw(log_ratio - log_ratio.max())
-        return float(k)
+
+def _systematic(weight: FloatArray, rng: np.random.Generator) -> NDArray[np.intp]:
+    """As many indices as weights (n,), in order, each as often as its weight asks, up to one."""
+    passed = np.cumsum(weight)
+    places = (np.arange(len(weight)) + rng.random()) * passed[-1] / len(weight)
+    return np.asarray(np.minimum(np.searchsorted(passed, places), len(weight) - 1), np.intp)

@@ -7,6 +7,7 @@ import numpy as np
 from hdprog.physics.course import Course, Scales
 from hdprog.physics.effects.base import Effect, EffectParameter, Values, signed_amplitude
 from hdprog.physics.parameters import FloatArray
+from hdprog.physics.periodic import wave
 
 
 class AngleRipple(Effect):
@@ -46,9 +47,8 @@ class AngleRipple(Effect):
 
     def evaluate(self, course: Course, values: Values, angle: FloatArray) -> FloatArray:
         """See `Effect.evaluate`."""
-        phase = 2 * np.pi * values["cycles"] * angle
-        sine, cosine = np.sin(phase), np.cos(phase)
-        total = values["sine"] * sine + values["cosine"] * cosine
-        total += values["second_sine"] * 2 * sine * cosine
-        total += values["second_cosine"] * (1 - 2 * sine**2)
-        return np.asarray(total)
+        turns = values["cycles"] * angle
+        total = wave(turns, values["sine"], values["cosine"])
+        turns *= 2
+        total += wave(turns, values["second_sine"], values["second_cosine"])
+        return total

@@ -7,6 +7,7 @@ import numpy as np
 from hdprog.physics.course import Course, Scales
 from hdprog.physics.effects.base import Effect, EffectParameter, Values, signed_amplitude
 from hdprog.physics.parameters import FloatArray
+from hdprog.physics.periodic import wave
 
 _LEAST_CYCLES = 0.8  # over the sweep: slower lines are no lines but a bend
 
@@ -55,8 +56,9 @@ class KinematicError(Effect):
     def evaluate(self, course: Course, values: Values, angle: FloatArray) -> FloatArray:
         """See `Effect.evaluate`."""
         assert course.output_angle is not None
-        first = values["lines"] * (course.output_angle - (course.scales.output_middle or 0.0))
-        second = values["second_ratio"] * first
-        total = values["sine"] * np.sin(first) + values["cosine"] * np.cos(first)
-        total += values["second_sine"] * np.sin(second) + values["second_cosine"] * np.cos(second)
-        return np.asarray(total)
+        lines = values["lines"] / (2 * np.pi)
+        turns = lines * (course.output_angle - (course.scales.output_middle or 0.0))
+        total = wave(turns, values["sine"], values["cosine"])
+        turns *= values["second_ratio"]
+        total += wave(turns, values["second_sine"], values["second_cosine"])
+        return total

@@ -1,0 +1,111 @@
+"""Draws of linearised effects follow the exact density where their weights hold, and say if not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hdprog.config import Drive
+from hdprog.data.coordinates import record_course
+from hdprog.data.loop import Loop
+from hdprog.inference import linearised_effects
+from hdprog.inference.likelihood import COUNT, LoopLikelihood
+from hdprog.inference.linearised_effects import PARETO_K_LIMIT, EffectDraws, LinearisedEffects
+from hdprog.inference.prepare import prepare
+from hdprog.inference.prior_file import read_prior_file
+from hdprog.inference.starting_points import describe
+from hdprog.physics.effects import BY_ID
+from hdprog.physics.effects.model import EffectSet
+from hdprog.physics.parameters import FloatArray
+from hdprog.physics.torque_path import TorquePath
+from tests.physics.table2 import POST_TEST
+
+DRIVE = replace(Drive.default(), model="CSF-25-80", rated_torque=63.0, alpha_declared=True)
+PRIOR = read_prior_file("csf-25-80").prior(None)
+NOISE = 1e-5
+DRAWS, GROUPS = 8000, 4
+BACKLASH = BY_ID["backlash"]
+
+
+def likelihood_with(play: float) -> tuple[LoopLikelihood, FloatArray]:
+    """Of a record with so much backlash in rad, and the true point but for the backlash."""
+    rng = np.random.default_rng(2)
+    torque = np.interp(np.linspace(0, 4, 121), range(5), (0.0, 80.0, -80.0, 80.0, -80.0))
+    course = record_course(Loop(torque, torque / 1.5e4), TorquePath.exact(torque), 0.0)
+    drive = {key: np.array([value]) for key, value in POST_TEST.items()}
+    values = {"backlash": {"play": np.array([[play]]), "width": np.array([[0.7]])}}
+    effects = EffectSet((BACKLASH,), course.scales)
+    angle = effects.angle(course, drive, values, math.radians(30), np.array([0.5]))[0]
+    loop = Loop(torque, angle + NOISE * rng.standard_normal(torque.size))
+    likelihood = replace(prepare(loop, DRIVE, rng, prior=PRIOR).likelihood, effects=(BACKLASH,))
+    exact = PRIOR.to_coordinates({key: np.asarray(value) for key, value in POST_TEST.items()})
+    return likelihood, np.concatenate([exact, [0.0]])
+
+
+def conditional(
+    likelihood: LoopLikelihood, drive: FloatArray, play: float, scale: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mode, mean and standard deviation of the backlash's coordinates, the drive's given."""
+    about = BACKLASH.parameters(likelihood.reduced.course.scales)[0].coordinate(play)
+    plays, widths = np.linspace(about - 0.2, about + 0.2, 401), np.linspace(-4.5, 4.5, 121)
+    grid = np.stack(np.meshgrid(plays, widths), axis=-1).reshape(-1, 2)
+    points = np.hstack([np.tile(drive, (len(grid), 1)), grid])
+    squares = np.empty(len(points))
+    for part in np.array_split(np.arange(len(points)), 400):
+        left = likelihood.reduced.angle - likelihood.angle(points[part])
+        squares[part] = np.sum(likelihood.noise.whiten(left) ** 2, axis=1)
+    log_density = -0.5 * squares / scale**2 - 0.5 * np.sum(grid**2, axis=1)
+    weight = np.exp(log_density - log_density.max())
+    weight /= weight.sum()
+    mean = weight @ grid
+    return grid[np.argmax(weight)], mean, np.sqrt(weight @ (grid - mean) ** 2)
+
+
+def drawn(likelihood: LoopLikelihood, at: FloatArray, scale: float) -> EffectDraws:
+    rng = np.random.default_rng(3)
+    linearised = LinearisedEffects.about(likelihood, describe(likelihood, at))
+    points = np.tile(at[: COUNT + 1], (DRAWS, 1))
+    return linearised.draws(points, np.zeros(DRAWS), np.full(DRAWS, scale), GROUPS, rng)
+
+
+def deviations(play: float, scale: float) -> tuple[EffectDraws, FloatArray]:
+    """The draws, and the largest errors of means and standard deviations over their own errors."""
+    likelihood, drive = likelihood_with(play)
+    mode, mean, sd = conditional(likelihood, drive, play, scale)
+    found = drawn(likelihood, np.concatenate([drive, mode]), scale)
+    effects = found.points[:, COUNT + 1 :]
+    off = [(effects.mean(axis=0) - mean) / sd, effects.std(axis=0) / sd - 1.0]
+    return found, np.abs(off).max(axis=1) * np.sqrt(found.effective)
+
+
+@pytest.mark.parametrize(("play", "scale"), [(3e-4, 1.0), (1.2e-4, 1.0), (1.2e-4, 1.5)])
+def test_draws_follow_the_exact_density(play: float, scale: float) -> None:
+    found, off = deviations(play, scale)
+    assert found.exact
+    assert found.pareto_k < PARETO_K_LIMIT
+    assert off.max() < 4
+
+
+def test_draws_whose_weights_do_not_hold_are_left_as_they_are(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(linearised_effects, "PARETO_K_LIMIT", 0.1)
+    found, off = deviations(1.2e-4, 1.0)
+    assert not found.exact
+    assert len(np.unique(found.points, axis=0)) == DRAWS
+    assert off.max() > 8  # so the comparison would notice
+
+
+def test_a_group_keeps_its_own_draws() -> None:
+    likelihood, drive = likelihood_with(3e-4)
+    rng = np.random.default_rng(4)
+    at = np.concatenate([drive, [1.43, 0.0]])
+    linearised = LinearisedEffects.about(likelihood, describe(likelihood, at))
+    offset = np.repeat(1e-7 * np.arange(GROUPS), DRAWS // GROUPS)
+    points = np.tile(drive, (DRAWS, 1))
+    found = linearised.draws(points, offset, np.ones(DRAWS), GROUPS, rng)
+    assert found.exact
+    assert np.array_equal(found.offset, offset)
