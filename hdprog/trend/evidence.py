@@ -13,7 +13,7 @@ import numpy as np
 
 from hdprog.errors import BadInputError
 from hdprog.physics.parameters import NAMES, FloatArray
-from hdprog.trend.exact_likelihood import ExactLikelihood
+from hdprog.trend.exact_likelihood import ExactEvidence
 
 EVENTS: tuple[str, ...] = ("regreased", "reassembled", "replaced")
 """What may have been done to a drive just before a test; a break in its trend."""
@@ -63,7 +63,7 @@ class LoopEvidence(Protocol):
     def posterior(self) -> FloatArray: ...  # noqa: D102
 
     @property
-    def exact(self) -> ExactLikelihood | None:
+    def exact(self) -> ExactEvidence | None:
         """The likelihood itself; None where `linearise` is exact everywhere."""
         ...
 

@@ -73,13 +73,20 @@ class Nuisances:
 class ExactLikelihood(Protocol):
     """Likelihood of the state's numbers and of a test's own, which have the prior N(0, I)."""
 
-    def nuisances(self, coordinates: FloatArray) -> Nuisances:
-        """The test's own numbers near coordinates and amplitudes (n,)."""
-        ...
-
     def log_likelihood(self, coordinates: FloatArray, nuisances: FloatArray) -> FloatArray:
         """(draws,) at coordinates (draws, n) and nuisances (draws, k); −inf outside the support.
 
         Up to one constant.
+        """
+        ...
+
+
+class ExactEvidence(Protocol):
+    """A test that knows its likelihood."""
+
+    def about(self, coordinates: FloatArray) -> tuple[ExactLikelihood, Nuisances]:
+        """The likelihood, in own numbers that suit coordinates and amplitudes (n,) nearby.
+
+        And those numbers' Gaussian there.
         """
         ...

@@ -151,12 +151,12 @@ class GaussianStep:
         """From tests that are linearised at the joint mode."""
         found = []
         for test, loop, point in zip(tests, mode.loops, mode.points, strict=True):
-            own = Nuisances.none(point.size)
+            exact, own = None, Nuisances.none(point.size)
             if test.exact is not None:
-                own = test.exact.nuisances(to_loop(point))
+                exact, own = test.exact.about(to_loop(point))
                 own = replace(own, slope=own.slope * slope(point))
             ridge = RidgeMap(point, alpha, softplus_scale)
-            found.append(Test(loop, point, ridge, own, test.exact))
+            found.append(Test(loop, point, ridge, own, exact))
         seen = SeenTests.of(mode.loops, tests, wear_prior)
         return GaussianStep(tuple(found), seen, timeline, state_prior, wear_prior)
 

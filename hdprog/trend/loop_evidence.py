@@ -12,8 +12,10 @@ from scipy.special import log_ndtr, ndtri
 from hdprog.inference.information import Linearised, information_form
 from hdprog.inference.likelihood import COUNT, LoopLikelihood, sigmoid
 from hdprog.inference.posterior import Posterior
+from hdprog.physics.effects.base import Effect, Values
 from hdprog.physics.parameters import FloatArray
-from hdprog.trend.exact_likelihood import Nuisances
+from hdprog.trend.centred_loop import CentredLoop
+from hdprog.trend.exact_likelihood import ExactLikelihood, Nuisances
 from hdprog.trend.followed_effects import FollowedEffects, Located
 
 _NEWTON_STEPS = 4
@@ -85,39 +87,87 @@ class FittedLoop:
         residual, derivative, columns = self._derivative(coordinates, point)
         return information_form(residual, derivative, coordinates, point, columns, self.variance)
 
+    def about(self, coordinates: FloatArray) -> tuple[ExactLikelihood, Nuisances]:
+        """See `exact_likelihood.ExactLikelihood`; effects that are not followed are centred."""
+        own, derivative = self._settled(coordinates)
+        centred = np.flatnonzero(np.isin(self.own_columns, self._free))
+        if not centred.size:
+            return self, own
+        return CentredLoop.of(self, centred, own, derivative[:, centred])
+
     def nuisances(self, coordinates: FloatArray) -> Nuisances:
         """Normal score of the initial slip's fraction, and what effects have beside amplitudes."""
-        point = self.point.copy()
-        own = self._own
+        return self._settled(coordinates)[0]
+
+    def _settled(self, coordinates: FloatArray) -> tuple[Nuisances, FloatArray]:
+        """The same, and the derivative (blocks, k) of the whitened angle by them."""
+        point, own = self.point.copy(), self.own_columns
         scores = point[own]
         scores[0] = np.clip(ndtri(sigmoid(scores[:1]))[0], -_FARTHEST_SCORE, _FARTHEST_SCORE)
-        for _ in range(_NEWTON_STEPS):
+        for number in range(_NEWTON_STEPS + 1):
             point[own] = scores
             point[COUNT] = _logit(scores[:1])[0]
             residual, derivative, columns = self._derivative(coordinates, point)
             derivative[:, COUNT] *= _logit_slope(float(scores[0]))
             beside = derivative[:, own]
             precision = beside.T @ beside / self.variance + np.eye(own.size)
-            pull = -beside.T @ residual / self.variance - scores
-            step = np.linalg.solve(precision, pull)
-            scores = scores + np.clip(step, -_LARGEST_STEP, _LARGEST_STEP)
+            if number < _NEWTON_STEPS:
+                pull = -beside.T @ residual / self.variance - scores
+                step = np.linalg.solve(precision, pull)
+                scores = scores + np.clip(step, -_LARGEST_STEP, _LARGEST_STEP)
         cross = beside.T @ derivative[:, columns] / self.variance
-        return Nuisances(scores, np.asarray(-np.linalg.solve(precision, cross)), precision)
+        return Nuisances(scores, np.asarray(-np.linalg.solve(precision, cross)), precision), -beside
 
     def log_likelihood(self, coordinates: FloatArray, nuisances: FloatArray) -> FloatArray:
         """(draws,) log L at coordinates and amplitudes (draws, n) and nuisances (draws, k)."""
-        points = np.empty((len(coordinates), self.likelihood.size))
-        points[:, :COUNT] = coordinates[:, :COUNT]
-        points[:, self._own] = nuisances
-        points[:, COUNT] = _logit(nuisances[:, 0])
         with np.errstate(all="ignore"):
-            angle = self._angle(points, coordinates[:, COUNT:])
+            points = self.points(coordinates, nuisances)
+            angle = self.likelihood.angle(points)
+            if self.followed is not None:
+                values = self.effect_values(points, coordinates)
+                angle = self.likelihood.angle_with(points, values)
             density = self.likelihood.log_likelihood_of(angle)
             inside = np.isfinite(density) & self.likelihood.supported(points)
         return np.where(inside, density, -np.inf)
 
+    def points(self, coordinates: FloatArray, nuisances: FloatArray) -> FloatArray:
+        """Points (draws, size) of the likelihood at a state's numbers and a test's own."""
+        points = np.empty((len(coordinates), self.likelihood.size))
+        points[:, :COUNT] = coordinates[:, :COUNT]
+        points[:, self.own_columns] = nuisances
+        points[:, COUNT] = _logit(nuisances[:, 0])
+        for column, place in self._located(coordinates[:, COUNT:]):
+            points[:, column] = place.coordinate
+        return points
+
+    def effect_values(self, points: FloatArray, coordinates: FloatArray) -> dict[str, Values]:
+        """Values of the effects by id and name, (draws, 1) each.
+
+        An amplitude that its own coordinate cannot reach counts all the same: the angle is
+        proportional to those.
+        """
+        values = self.likelihood.effect_values(points)
+        if self.followed is not None:
+            found = self.followed.amplitude_values(coordinates[:, COUNT:])
+            for (effect, name), amplitude in found.items():
+                values[effect] = {**values[effect], name: amplitude}
+        return values
+
     @cached_property
-    def _own(self) -> NDArray[np.intp]:
+    def free_effects(self) -> tuple[Effect, ...]:
+        """Effects that are not followed: all their numbers are the test's own."""
+        followed = () if self.followed is None else self.followed.ids
+        return tuple(one for one in self.likelihood.effects if one.id not in followed)
+
+    @cached_property
+    def _free(self) -> list[int]:
+        """Columns of a point that hold the numbers of those."""
+        free = {effect.id for effect in self.free_effects}
+        each = enumerate(self.likelihood.effect_set.parameters)
+        return [COUNT + 1 + index for index, (effect, _) in each if effect.id in free]
+
+    @cached_property
+    def own_columns(self) -> NDArray[np.intp]:
         """Columns of a point that are no part of the state."""
         return np.setdiff1d(np.arange(COUNT, self.point.size), self._columns)
 
@@ -148,21 +198,6 @@ class FittedLoop:
             derivative[:, column] *= place.slope[0]
             residual = residual + derivative[:, column] * place.beyond[0]
         return residual, derivative, columns.astype(np.intp)
-
-    def _angle(self, points: FloatArray, amplitudes: FloatArray) -> FloatArray:
-        """Angle (draws, blocks) at points with amplitudes (draws, followed) put into them.
-
-        An amplitude that its own coordinate cannot reach counts all the same: the angle is
-        proportional to those.
-        """
-        if self.followed is None:
-            return self.likelihood.angle(points)
-        for column, place in self._located(amplitudes):
-            points[:, column] = place.coordinate
-        values = self.likelihood.effect_values(points)
-        for (effect, name), found in self.followed.amplitude_values(amplitudes).items():
-            values[effect] = {**values[effect], name: found}
-        return self.likelihood.angle_with(points, values)
 
     def _located(self, amplitudes: FloatArray) -> list[tuple[int, Located]]:
         """Of each amplitude in (draws, followed), its column in a point and where it lies there."""

@@ -46,8 +46,8 @@ class KnownNoise:
 
     loop: SimulatedLoop
 
-    def nuisances(self, coordinates: np.ndarray) -> Nuisances:
-        return Nuisances.none(coordinates.size)
+    def about(self, coordinates: np.ndarray) -> tuple[KnownNoise, Nuisances]:
+        return self, Nuisances.none(coordinates.size)
 
     def log_likelihood(self, coordinates: np.ndarray, nuisances: np.ndarray) -> np.ndarray:
         density = self.loop.log_likelihood(coordinates)
