@@ -7,7 +7,8 @@ step has them; and shifts all tests together by Metropolis steps. No loop knows 
 it lies, and a slice in all dimensions at once hardly moves there: chains without shifts agree with
 each other and are too narrow. They go along the directions in which that step is widest; along one
 ridge coordinate of all loops, as far as the step does not know of; and by how far two other chains
-lie apart, in the ridge coordinates of cup and teeth, in those of friction, or in all.
+lie apart, in the ridge coordinates of cup and teeth or of friction, test by test or in the mean of
+all, or in everything.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from hdprog.trend.ridge_frames import along_ridges, parts
 from hdprog.trend.wear_coordinates import to_loop
 from hdprog.trend.written_out import WrittenOut, with_rows
 
-_WARM_UP = 20
+_WARM_UP, _WEIGHING = 30, 12  # sweeps, and those until all of the weight counts
 _FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
 _LEARN = 5  # sweeps
 _FRESH = 4  # sweeps from one offer of fresh numbers to the next
@@ -81,7 +82,7 @@ class Chains:
         """
         lately: list[Tangents] = []
         for number in range(_WARM_UP):
-            self._share = min(1.0, _FIRST_SHARE ** (1.0 - number / (0.6 * _WARM_UP)))
+            self._share = min(1.0, _FIRST_SHARE ** (1.0 - number / _WEIGHING))
             self.sweep()
             lately.append(self._tangents)
             if number % _LEARN == _LEARN - 1:
@@ -193,7 +194,7 @@ class Chains:
             one, other = np.moveaxis(rng.permuted(candidates, axis=2)[..., :2], -1, 0)
             apart = self._tangents.states[one.ravel()] - self._tangents.states[other.ravel()]
             stride = self._stride[place] * np.exp(_STRIDES * rng.standard_normal(half.size))
-            shift = np.einsum("tij,dtj->dti", self._parts[place], apart)
+            shift = np.einsum("tisj,dsj->dti", self._parts[place], apart)
             taken.append(self._go(half.ravel(), stride[:, None, None] * shift))
         return float(np.mean(taken))
 

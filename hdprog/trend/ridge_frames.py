@@ -36,15 +36,20 @@ def along_ridges(maps: Sequence[RidgeMap], size: int) -> FloatArray:
 
 
 def parts(maps: Sequence[RidgeMap], size: int) -> FloatArray:
-    """(parts, tests, n, n) what of a difference of states lies in some ridge coordinates only.
+    """(parts, tests, n, tests, n) what of a difference of states lies in some ridge coordinates.
 
-    The last part is the difference as it is. Loops without a ridge have no other.
+    Of each test by itself, as the whole difference is, which is the last part. Before it the same
+    for all tests alike, by their mean: what tests differ by is left as it is, and what they have
+    in common may go far. Loops without a ridge have no part but the last.
     """
-    found = np.zeros((len(_PARTS) + 1, len(maps), size, size))
-    found[-1] = np.eye(size)
+    tests, each = range(len(maps)), np.zeros((len(_PARTS), len(maps), size, size))
     for test, one in enumerate(maps):
         if one.inverse is not None:
             _, derivative = one.ridge
             for number, part in enumerate(_PARTS):
-                found[number, test, :_COUNT, :_COUNT] = one.inverse[:, part] @ derivative[part]
-    return found
+                each[number, test, :_COUNT, :_COUNT] = one.inverse[:, part] @ derivative[part]
+    apart = np.zeros((len(_PARTS), len(maps), size, len(maps), size))
+    apart[:, tests, :, tests] = each.swapaxes(0, 1)
+    alike = np.einsum("ptij,psjk->ptisk", each, each) / len(maps)
+    whole = np.eye(len(maps) * size).reshape(apart[0].shape)
+    return np.concatenate([apart, alike, whole[None]])
