@@ -7,7 +7,7 @@ from hdprog.reporting.effect_words import effect_name
 from hdprog.reporting.words import listed
 from hdprog.results import DriveResult, TestResult
 
-_UNNAMED = "This fit "
+_UNNAMED, _LEFT = "This fit ", "What the fit leaves "
 _ALONE = "the fit of the drive model alone"
 
 
@@ -29,7 +29,7 @@ def final_fit(explanation: Explanation | None) -> str:
 
 
 def named_warnings(test: TestResult, explanation: Explanation | None) -> list[str]:
-    """Warnings of a test, each once; what is said of "this fit" names the fit.
+    """Warnings of a test, each once; what is said of a fit names it.
 
     The warnings of an explanation are those of both fits, the test's own are those of the final
     one.
@@ -42,9 +42,11 @@ def named_warnings(test: TestResult, explanation: Explanation | None) -> list[st
 
 
 def _named(text: str, fit: str) -> str:
-    if not text.startswith(_UNNAMED):
-        return text
-    return f"{fit[0].upper()}{fit[1:]} {text.removeprefix(_UNNAMED)}"
+    if text.startswith(_LEFT):
+        return f"What {fit} leaves {text.removeprefix(_LEFT)}"
+    if text.startswith(_UNNAMED):
+        return f"{fit[0].upper()}{fit[1:]} {text.removeprefix(_UNNAMED)}"
+    return text
 
 
 def doubtful_without_effects(result: DriveResult) -> list[str]:

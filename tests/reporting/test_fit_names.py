@@ -47,5 +47,20 @@ def test_one_fit_is_named_where_nothing_was_added() -> None:
     assert found[0].startswith("The fit of the drive model alone did not converge within 900")
 
 
+def test_which_fit_leaves_what_hangs_together_is_said() -> None:
+    own, before = (
+        f"What the fit leaves hangs together beyond its noise model: 130 blocks count as {count}"
+        for count in (90, 40)
+    )
+    result = explanations.single(explanations.record(warnings=(before, own)))
+    result = replace(result, tests=(replace(result.tests[0], warnings=(own,)),))
+    found = [text for text in warnings(result) if "hangs together" in text]
+    assert [text.partition(" hangs together")[0] for text in found] == [
+        "What the fit with creep leaves",
+        "What the fit of the drive model alone leaves",
+    ]
+    assert [text[-2:] for text in found] == ["90", "40"]
+
+
 def method(result: DriveResult) -> str:
     return Page(build_report(result)).text.partition("Sampling")[2]

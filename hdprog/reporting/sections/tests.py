@@ -39,6 +39,8 @@ _SAMPLING = {
     "autocorrelation_time": "autocorrelation time",
     "acceptance": "acceptance",
     "evaluations": "model evaluations",
+    "pareto_k": "Pareto k of effects integrated out to first order",
+    "weighted_draws_effective": "effective draws by their weights",
 }
 
 
