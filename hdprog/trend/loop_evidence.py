@@ -122,10 +122,10 @@ class FittedLoop:
         """(draws,) log L at coordinates and amplitudes (draws, n) and nuisances (draws, k)."""
         with np.errstate(all="ignore"):
             points = self.points(coordinates, nuisances)
-            angle = self.likelihood.angle(points)
-            if self.followed is not None:
-                values = self.effect_values(points, coordinates)
-                angle = self.likelihood.angle_with(points, values)
+            if self.followed is None:
+                angle = self.likelihood.angle(points)
+            else:
+                angle = self.likelihood.angle_with(points, self.effect_values(points, coordinates))
             density = self.likelihood.log_likelihood_of(angle)
             inside = np.isfinite(density) & self.likelihood.supported(points)
         return np.where(inside, density, -np.inf)
