@@ -145,7 +145,7 @@ def sample_posterior(
     if drawn is not None and not drawn.exact:
         warnings.append(
             "The effects' parameters are drawn from a model that is linear in them, and this record"
-            f" bends it (Pareto k {drawn.pareto_k:.1f} where {PARETO_K_LIMIT} is allowed, "
+            f" bends it (Pareto k {drawn.pareto_k:.2f}, at most {PARETO_K_LIMIT:.2f} is trusted; "
             f"{drawn.effective:.0f} effective draws by weights): their "
             "intervals are rough; the drive's parameters are less touched."
         )
