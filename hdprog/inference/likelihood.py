@@ -139,11 +139,17 @@ class LoopLikelihood:
         """Values of the effects by id and name, (draws, 1) each, at points (draws, size)."""
         return self.effect_set.values(points[:, COUNT + 1 :])
 
-    def angle_with(self, points: FloatArray, values: dict[str, Values]) -> FloatArray:
-        """The angle where effects have other values than points (draws, size) have."""
+    def angle_with(
+        self, points: FloatArray, values: dict[str, Values], effects: EffectSet | None = None
+    ) -> FloatArray:
+        """The angle where effects have other values than points (draws, size) have.
+
+        Of some of the effects only, where these are given.
+        """
         parameters = self.prior.to_physical(points[:, :COUNT])
         fraction, course = sigmoid(points[:, COUNT]), self.reduced.course
-        return self.effect_set.angle(course, parameters, values, self.alpha, fraction)
+        effects = self.effect_set if effects is None else effects
+        return effects.angle(course, parameters, values, self.alpha, fraction)
 
     @cached_property
     def _held(self) -> EffectsHeld:

@@ -4,19 +4,19 @@ Near their best values ẑ the angle is linear in the effects' coordinates,
 f(x, z) ≈ f(x, ẑ) + E (z − ẑ). With their standard Gaussian prior, z is integrated out exactly: −E ẑ
 joins the model and E Eᵀ the noise. The sampler then sees nine dimensions whatever effects there
 are. Afterwards z is drawn from its exact conditional distribution, and the draws are taken again by
-importance weights against the exact density, Pareto-smoothed. Their Pareto k says whether that
-holds (Vehtari et al., J. Mach. Learn. Res. 25 (2024) 72).
+importance weights against the exact density, whose Pareto k says whether that holds.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hdprog.inference.lazy_arviz import arviz
 from hdprog.inference.likelihood import COUNT, HeldEffects, LoopLikelihood
+from hdprog.inference.pareto_weights import pareto_weights, worth
 from hdprog.inference.starting_points import StartingPoint
 from hdprog.physics.parameters import FloatArray
 
@@ -104,29 +104,33 @@ class LinearisedEffects:
             complete[part], log_ratio[part] = self._complete(
                 points[part], offset[part], scale[part], rng
             )
-        smoothed, pareto_k = arviz().psislw(log_ratio - log_ratio.max())
-        weight = np.exp(smoothed - smoothed.max())
-        effective = float(weight.sum() ** 2 / np.sum(weight**2))
-        exact = bool(pareto_k <= PARETO_K_LIMIT and effective >= _FEWEST_EFFECTIVE)
+        weight, pareto_k = pareto_weights(log_ratio)
+        effective = worth(weight)
+        exact = pareto_k <= PARETO_K_LIMIT and effective >= _FEWEST_EFFECTIVE
         if exact:
             parts = np.split(weight, groups)
             chosen = np.concatenate(
                 [at * len(part) + _systematic(part, rng) for at, part in enumerate(parts)]
             )
             complete, offset, scale = complete[chosen], offset[chosen], scale[chosen]
-        return EffectDraws(complete, offset, scale, float(pareto_k), effective, exact)
+        return EffectDraws(complete, offset, scale, pareto_k, effective, exact)
+
+    @cached_property
+    def _conditional(self) -> tuple[FloatArray, FloatArray]:
+        """Of the effects given a point: what pulls their mean, (blocks, k), and their scatter."""
+        pulled = self.sampled.whiten(self.features.T).T
+        spread = np.eye(self.features.shape[1]) - pulled.T @ pulled
+        values, vectors = np.linalg.eigh(0.5 * (spread + spread.T))
+        return pulled, vectors * np.sqrt(np.maximum(values, 0.0))
 
     def _complete(
         self, points: FloatArray, offset: FloatArray, scale: FloatArray, rng: np.random.Generator
     ) -> tuple[FloatArray, FloatArray]:
         """Points with effects (draws, size), and log of the exact density over the linearised."""
         sampled, noise = self.sampled, self.exact.noise
+        pulled, factor = self._conditional
         left = sampled.reduced.angle - sampled.angle(points) - offset[:, None]
-        pulled = sampled.whiten(self.features.T).T
         mean = sampled.whiten(left) @ pulled
-        spread = np.eye(self.features.shape[1]) - pulled.T @ pulled
-        values, vectors = np.linalg.eigh(0.5 * (spread + spread.T))
-        factor = vectors * np.sqrt(np.maximum(values, 0.0))
         drawn = rng.standard_normal(mean.shape) @ factor.T
         effects = (mean + scale[:, None] * drawn) / self.scale
         complete = np.hstack([points, effects])
@@ -138,7 +142,7 @@ class LinearisedEffects:
         wider = scale / self.scale
         log_ratio += 0.5 * np.sum(effects**2, axis=1) * (wider**-2 - 1.0)
         log_ratio += effects.shape[1] * np.log(wider)
-        return complete, np.where(np.isfinite(log_ratio), log_ratio, -1e6)
+        return complete, log_ratio
 
 
 def _systematic(weight: FloatArray, rng: np.random.Generator) -> NDArray[np.intp]:

@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hdprog.inference.likelihood import COUNT, sigmoid
 from hdprog.physics.effects.model import EffectSet
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.exact_likelihood import Nuisances
@@ -111,25 +110,18 @@ class CentredLoop:
 
     def _angle(self, points: FloatArray, coordinates: FloatArray) -> FloatArray:
         """What m hangs on: angle (draws, blocks) without the free effects, or with these at ẑ."""
-        likelihood = self.loop.likelihood
-        if self.bare is None:
-            values = self.loop.effect_values(points, coordinates)
-            return likelihood.angle_with(points, values)
-        values = self.loop.effect_values(points, coordinates) if self.bare.effects else {}
-        parameters = likelihood.prior.to_physical(points[:, :COUNT])
-        fraction, course = sigmoid(points[:, COUNT]), likelihood.reduced.course
-        return self.bare.angle(course, parameters, values, likelihood.alpha, fraction)
+        known = self.bare is not None and not self.bare.effects
+        values = {} if known else self.loop.effect_values(points, coordinates)
+        return self.loop.likelihood.angle_with(points, values, self.bare)
 
 
 def _added(loop: FittedLoop, own: FloatArray) -> FloatArray | None:
     """(blocks,) what free effects add at own numbers (k,); None where it hangs on the state."""
-    effects, course = loop.free_effects, loop.likelihood.reduced.course
-    if any(effect.acts_on != "angle" for effect in effects):
+    free = EffectSet(loop.free_effects, loop.likelihood.effect_set.scales)
+    if free.angle_effects != free.effects:
         return None
     state = np.zeros((1, loop.posterior.shape[1]))
     values = loop.effect_values(loop.points(state, own[None]), state)
-    two = np.stack([course.load, 2 * course.load])
-    found = [effect.evaluate(course, values[effect.id], two) for effect in effects]
-    if any(len(one) > 1 for one in found):
-        return None
-    return np.asarray(np.sum(found, axis=0)[0])
+    known = free.held(loop.likelihood.reduced.course, values).known
+    added = [one for one in known if one is not None]
+    return np.asarray(np.sum(added, axis=0)[0]) if len(added) == len(known) else None

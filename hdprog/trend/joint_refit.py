@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 
 from hdprog.inference.diagnostics import diagnose
-from hdprog.inference.lazy_arviz import arviz
+from hdprog.inference.pareto_weights import pareto_weights, worth
 from hdprog.parallel import begin
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.gaussian_step import GaussianStep, Tangents
@@ -127,8 +127,8 @@ def begin_meeting(
     log_weight, met = at.log_weight(tangents)
     if not np.isfinite(log_weight).any():
         return partial(Met, deviates, tangents.states, pareto_k=np.inf, converged=False)
-    smoothed, pareto_k = _smoothed(log_weight)
-    effective = float(1.0 / np.sum(smoothed**2))
+    smoothed, pareto_k = pareto_weights(log_weight)
+    effective = worth(smoothed)
     if pareto_k <= HIGHEST_K and effective > _FEWEST_EFFECTIVE:
         chosen = rng.choice(_WEIGHTED, _WEIGHTED, p=smoothed)
         return partial(Met, deviates[chosen], met[chosen], pareto_k, worth=effective)
@@ -139,15 +139,6 @@ def begin_meeting(
         for rows, own in zip(np.split(start, effort.parts), rng.spawn(effort.parts), strict=True)
     ]
     return partial(_sampled, parts, pareto_k, effort, executor)
-
-
-def _smoothed(log_weight: FloatArray) -> tuple[FloatArray, float]:
-    """Pareto-smoothed weights (draws,) that sum to one, and Pareto k."""
-    finite = np.isfinite(log_weight)
-    lowest = np.min(log_weight[finite], initial=0.0) - 700.0
-    found, k = arviz().psislw(np.where(finite, log_weight, lowest))
-    weight = np.exp(found - np.max(found))
-    return weight / weight.sum(), float(k)
 
 
 @dataclass(frozen=True)

@@ -88,7 +88,7 @@ class FittedLoop:
         return information_form(residual, derivative, coordinates, point, columns, self.variance)
 
     def about(self, coordinates: FloatArray) -> tuple[ExactLikelihood, Nuisances]:
-        """See `exact_likelihood.ExactLikelihood`; effects that are not followed are centred."""
+        """See `exact_likelihood.ExactEvidence`; effects that are not followed are centred."""
         own, derivative = self._settled(coordinates)
         centred = np.flatnonzero(np.isin(self.own_columns, self._free))
         if not centred.size:
@@ -122,10 +122,7 @@ class FittedLoop:
         """(draws,) log L at coordinates and amplitudes (draws, n) and nuisances (draws, k)."""
         with np.errstate(all="ignore"):
             points = self.points(coordinates, nuisances)
-            if self.followed is None:
-                angle = self.likelihood.angle(points)
-            else:
-                angle = self.likelihood.angle_with(points, self.effect_values(points, coordinates))
+            angle = self.likelihood.angle_with(points, self.effect_values(points, coordinates))
             density = self.likelihood.log_likelihood_of(angle)
             inside = np.isfinite(density) & self.likelihood.supported(points)
         return np.where(inside, density, -np.inf)
