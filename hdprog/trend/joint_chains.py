@@ -32,7 +32,10 @@ _WARM_UP, _WEIGHING = 30, 12  # sweeps, and those until all of the weight counts
 _FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
 _LEARN = 5  # sweeps
 _FRESH = 4  # sweeps from one offer of fresh numbers to the next
-_DIRECTIONS, _SHIFTS = 16, 4  # of widest shifts, and how many shifts a sweep takes
+_DIRECTIONS = 16  # in which the Gaussian step is widest
+_REDRAWN = 10  # of these along which a sweep draws anew where all tests lie
+_WIDER = 1.4  # than the Gaussian step, which tails reach beyond
+_SHIFTS, _FOLLOWED = 2, 1  # how many shifts by strides, and by other chains, a sweep takes
 _WRITTEN = 120  # numbers of all tests' states up to which all chains are offered others each sweep
 _FIRST_REACH = 2.0  # of the Gaussian step's spread along a direction
 _TAKEN = 0.35  # share of shifts that the reach is made for
@@ -70,7 +73,9 @@ class Chains:
         self._own = self._at.own
         self._weight, self.met = self._at.log_weight(start)
         maps, size = [test.ridge for test in step.tests], start.states.shape[-1]
-        self._along = np.concatenate([self._at.widest(_DIRECTIONS), along_ridges(maps, size)])
+        widest = self._at.widest(_DIRECTIONS)
+        self._redrawn = min(_REDRAWN, len(widest))
+        self._along = np.concatenate([widest, along_ridges(maps, size)])
         self._reach = np.full(len(self._along), _FIRST_REACH)
         self._parts = parts(maps, size)
         self._stride = np.full(len(self._parts), _STRIDE / np.sqrt(2.0 * start.states[0].size))
@@ -98,11 +103,13 @@ class Chains:
             # Tails that a turn hardly finds are entered, and left, by draws of their own.
             fresh = self._rng.standard_normal(self._numbers.shape)
             self._offer(np.arange(len(fresh)), self.deviates, self._at, fresh)
+        for place in range(self._redrawn):
+            self._redraw(place)
         for place in self._rng.permutation(len(self._along))[:_SHIFTS]:
             taken = self._shift(place)
             if self.sweeps < _WARM_UP:
                 self._reach[place] *= np.exp(taken - _TAKEN)
-        for place in range(len(self._parts)):
+        for place in self._rng.permutation(len(self._parts))[:_FOLLOWED]:
             taken = self._follow_others(place)
             if self.sweeps < _WARM_UP:
                 self._stride[place] *= np.exp(_ADAPT * (taken - _FOLLOWING))
@@ -173,6 +180,19 @@ class Chains:
         """By how much the log weight (chains,) may fall, drawn for the share of it that counts."""
         return np.asarray(np.log(self._rng.uniform(size=chains)) / self._share)
 
+    def _redraw(self, place: int) -> None:
+        """Draw anew how far all tests lie along one direction; all else stays.
+
+        The step has it standard normal in spreads of its own.
+        """
+        rng, count, direction = self._rng, len(self.deviates), self._along[place]
+        way = np.einsum("dji,j->di", self._at.factor, direction.ravel())
+        length = np.sqrt(np.sum(way**2, axis=1))
+        old = np.sum(way * self._numbers[:, : self._at.size], axis=1) / length
+        new = _WIDER * rng.standard_normal(count)
+        shift = ((new - old) / length)[:, None, None] * direction
+        self._go(np.arange(count), shift, 0.5 * (new**2 - old**2) / _WIDER**2)
+
     def _shift(self, place: int) -> float:
         """Shift all tests along one direction; the share of chains that do."""
         rng, count = self._rng, len(self.deviates)
@@ -198,15 +218,20 @@ class Chains:
             taken.append(self._go(half.ravel(), stride[:, None, None] * shift))
         return float(np.mean(taken))
 
-    def _go(self, rows: NDArray[np.intp], shift: FloatArray) -> float:
-        """Let some chains shift all tests' states (rows, tests, n); the share that does."""
+    def _go(
+        self, rows: NDArray[np.intp], shift: FloatArray, way_back: FloatArray | float = 0.0
+    ) -> float:
+        """Let some chains shift all tests' states (rows, tests, n); the share that does.
+
+        `way_back` is the log of how likely (rows,) the shift back is proposed, over this one.
+        """
         states = self._tangents.states[rows] + shift
         tangents = self._step.own_drawn(states, [self._numbers[rows, test] for test in self._own])
         numbers = self._numbers[rows]
         numbers[:, : self._at.size] = self._at.numbers_of_states(states, rows)
         weight, met = self._at.log_weight(tangents, rows)
         # A shift leaves the volume as it is: what counts beside the weight is the numbers' density.
-        gained = self._share * (weight - self._weight[rows])
+        gained = self._share * (weight - self._weight[rows]) + way_back
         gained += _log_normal(numbers) - _log_normal(self._numbers[rows])
         taken = np.flatnonzero(np.log(self._rng.uniform(size=len(rows))) < gained)
         self._take(rows[taken], numbers[taken], tangents.rows(taken), weight[taken], met[taken])

@@ -34,6 +34,7 @@ WEAR_PRIOR = read_wear_prior()
 STATE_PRIOR = StatePrior.of(PRIOR, WEAR_PRIOR)
 FIXED = np.zeros((1, len(HYPERPARAMETERS)))
 LONG = Effort(600, 600, 0.0, 0.0)
+SHORT = Effort(150, 150, 0.0, 0.0)  # enough for a fault to show
 
 
 @dataclass(frozen=True)
@@ -83,12 +84,12 @@ def problem() -> Problem:
     return Problem(tests, prior, mode.points, step)
 
 
-def sampled(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> Met:
-    """Joint draws, about a thousand effective: spreads are known to two hundredths."""
+def sampled(problem: Problem, monkeypatch: pytest.MonkeyPatch, effort: Effort = LONG) -> Met:
+    """Joint draws, about a thousand effective of long runs: spreads known to two hundredths."""
     monkeypatch.setattr(joint_refit, "HIGHEST_K", -1.0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # R-hat of what is held fixed
-        found = met_by_tests(problem.step, fixed_draws(), np.random.default_rng(1), LONG)
+        found = met_by_tests(problem.step, fixed_draws(), np.random.default_rng(1), effort)
     assert found.sampled
     return found
 
@@ -149,7 +150,7 @@ def test_without_the_slope_of_the_ridge_it_would_not_be(
         return found, np.where(np.isfinite(log_slope), 0.0, log_slope)
 
     monkeypatch.setattr(gaussian_step, "onto_ridges", flat)
-    found = sampled(problem, monkeypatch).measured
+    found = sampled(problem, monkeypatch, SHORT).measured
     shift, _ = shifts_and_ratios(found.reshape(len(found), -1), reference)
     assert shift.max() > 0.2
 
@@ -158,7 +159,7 @@ def test_shifts_that_forget_how_likely_the_states_are_would_be_noticed(
     problem: Problem, reference: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(joint_chains, "_log_normal", lambda numbers: np.zeros(len(numbers)))
-    found = sampled(problem, monkeypatch).measured
+    found = sampled(problem, monkeypatch, SHORT).measured
     _, ratio = shifts_and_ratios(found.reshape(len(found), -1), reference)
     assert ratio.max() > 1.15
 
