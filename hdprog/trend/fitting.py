@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hdprog.config.drive import DEFAULT_ALPHA
 from hdprog.inference.priors import Prior
 from hdprog.physics.parameters import FloatArray
-from hdprog.trend.evidence import LoopEvidence, in_order
+from hdprog.trend.evidence import Linearised, LoopEvidence, in_order
 from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.gaussian_step import GaussianStep
 from hdprog.trend.hyperparameters import (
@@ -29,6 +29,7 @@ from hdprog.trend.joint_refit import Met, begin_meeting
 from hdprog.trend.joint_start import best_start
 from hdprog.trend.relinearise import JointMode, JointPrior, joint_mode, moved
 from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
+from hdprog.trend.tilted_loops import with_tilted_loops
 from hdprog.trend.trend import LinearisedTrend, Trend
 from hdprog.trend.trend_density import UNWORN, density
 from hdprog.trend.wear_clock import ServiceClock
@@ -133,39 +134,39 @@ def begin_trend(
         steps, scatter = steps_of(deviates[None])
         return JointPrior.of(steps, float(scatter[0]), wear_prior.scales)
 
-    def density_at(mode: JointMode) -> LogDensity:
-        return density(tests, mode.loops, state_prior, wear_prior)
+    def density_of(loops: Sequence[Linearised]) -> LogDensity:
+        return density(tests, loops, state_prior, wear_prior)
 
     start = from_loop(np.stack([test.posterior.mean(axis=0) for test in tests]))
     loops = tuple(linearise(test, point) for test, point in zip(tests, start, strict=True))
     found = JointMode(start, loops, converged=False, steps=0)
     starts = np.concatenate([UNWORN[None], rng.standard_normal((63, UNWORN.size))])
-    best = mode_of(density_at(found), starts)
+    best = mode_of(density_of(found.loops), starts)
     found = best_start(tests, start, joint_prior(best), state_prior.sd, alpha, prior.softplus_scale)
     for _ in range(_ROUNDS):
-        best = mode_of(density_at(found), starts)
+        best = mode_of(density_of(found.loops), starts)
         found = joint_mode(tests, found.points, joint_prior(best))
         starts = np.concatenate([best[None], best + 0.3 * rng.standard_normal((7, best.size))])
-    walkers = starting_walkers(density_at(found), best, rng)
-    # A first, short run finds where the hyperparameters lie; the loops are taken anew there.
-    first = sample(density_at(found), walkers, 60, 60, rng)
-    walkers, centre = first.chains[:, -1], joint_prior(first.flat.mean(axis=0))
-    effort = QUICK if quick else FULL
-    for _ in range(_ROUNDS):
-        found = joint_mode(tests, found.points, centre)
-        draws = sample(density_at(found), walkers, 40, effort.steps, rng, effort)
-        walkers, centre = draws.chains[:, -1], joint_prior(draws.flat.mean(axis=0))
-        final = joint_mode(tests, found.points, centre)
-        distance = moved(found.points, final, centre)
+    walkers = starting_walkers(density_of(found.loops), best, rng)
+    # Short runs find where the hyperparameters lie; the loops are taken anew there.
+    for number in range(_ROUNDS):
+        draws = sample(density_of(found.loops), walkers, 60 if number == 0 else 40, 60, rng)
+        walkers, centre = draws.chains[:, -1], draws.flat.mean(axis=0)
+        before, found = found, joint_mode(tests, found.points, joint_prior(centre))
+        distance = moved(before.points, found, joint_prior(centre))
         if distance < _MOVED_ENOUGH:
             break
     step = GaussianStep.of(
         tests, found, timeline, state_prior, wear_prior, alpha, prior.softplus_scale
     )
+    step = with_tilted_loops(step, centre, rng)
+    found = replace(found, loops=tuple(test.loop for test in step.tests))
+    effort = QUICK if quick else FULL
+    draws = sample(density_of(found.loops), walkers, 40, effort.steps, rng, effort)
     effort_of_all = joint_effort or (JOINT_QUICK if quick else JOINT_FULL)
     meeting = begin_meeting(step, draws, rng, effort_of_all, executor)
 
-    linearised = LinearisedTrend(tests, prior, wear_prior, clock, final, draws, followed)
+    linearised = LinearisedTrend(tests, prior, wear_prior, clock, found, draws, followed)
     return TrendUnderWay(linearised, distance, meeting)
 
 

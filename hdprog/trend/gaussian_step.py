@@ -160,6 +160,11 @@ class GaussianStep:
         seen = SeenTests.of(mode.loops, tests, wear_prior)
         return GaussianStep(tuple(found), seen, timeline, state_prior, wear_prior)
 
+    def having(self, tests: Sequence[Test]) -> GaussianStep:
+        """Like this, with other Gaussians for the tests."""
+        seen = replace(self.seen, loops=[test.loop for test in tests])
+        return replace(self, tests=tuple(tests), seen=seen)
+
     @property
     def gaussian(self) -> bool:
         """Whether linearised loops are all there is to know."""
