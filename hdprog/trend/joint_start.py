@@ -18,7 +18,7 @@ import numpy as np
 
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.evidence import LoopEvidence
-from hdprog.trend.relinearise import JointMode, JointPrior, joint_mode, log_evidence
+from hdprog.trend.relinearise import JointMode, JointPrior, joint_mode, laplace_evidence
 from hdprog.trend.ridge_map import RidgeMap
 from hdprog.trend.wear_coordinates import from_loop
 
@@ -55,13 +55,13 @@ def best_start(
 
     def best_of(starts: Sequence[FloatArray]) -> JointMode:
         climbed = [joint_mode(tests, start, prior, _STEPS) for start in starts]
-        return max(climbed, key=lambda mode: log_evidence(mode, prior))
+        return max(climbed, key=lambda mode: laplace_evidence(mode, prior))
 
     best = best_of(starts)
     cup = best.points[:, _K_F].mean()
     ridges = [RidgeMap(point, alpha, softplus_scale) for point in best.points]
     other = best_of([np.array([one.with_cup(cup + more) for one in ridges]) for more in _CUPS])
-    return max((best, other), key=lambda mode: log_evidence(mode, prior))
+    return max((best, other), key=lambda mode: laplace_evidence(mode, prior))
 
 
 def _starts_of_draws(posteriors: Sequence[FloatArray], sd: FloatArray) -> list[FloatArray]:

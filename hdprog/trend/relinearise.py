@@ -126,7 +126,7 @@ def _joint(
     return precision, slope
 
 
-def log_evidence(mode: JointMode, prior: JointPrior) -> float:
+def laplace_evidence(mode: JointMode, prior: JointPrior) -> float:
     """Log of the integral over all that the tests met, by Laplace's method, up to a constant."""
     precision, _ = _joint(mode.loops, mode.points, prior)
     height = _height(mode.loops, mode.points, prior)
