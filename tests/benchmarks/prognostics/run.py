@@ -1,12 +1,14 @@
 """Forecasts of remaining life on simulated fleets: hdprog, other packages and an oracle.
 
     python -m tests.benchmarks.prognostics.run
+    python -m tests.benchmarks.prognostics.run --bound
     python -m tests.benchmarks.prognostics.run --summary
 
 Needs the packages of tests/benchmarks/prognostics/requirements.txt. Each fleet is a line of
 results/fleets.jsonl, so that a run that was broken off goes on where it ended; fleets from another
-state of the code are made anew. Then results/summary.md and reports/guide/prognostics.png are made
-anew.
+state of the code are made anew. The same of the best forecast that is not told the law, which
+hangs neither on hdprog's trend nor on other packages, in results/law_not_told.jsonl. Then
+results/summary.md and reports/guide/prognostics.png are made anew.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -24,6 +26,7 @@ import numpy as np
 from hdprog.atomic import atomic_write_text
 from hdprog.parallel import hold_blas_to_one_thread
 from tests.benchmarks.code_state import digest, prior_file, sources
+from tests.benchmarks.prognostics import law_not_told
 from tests.benchmarks.prognostics.fleets import KINDS, SEED, Fleet, Kind, fleet
 from tests.benchmarks.prognostics.laws import LAWS, Law
 from tests.benchmarks.prognostics.method import GRID, Method
@@ -34,21 +37,32 @@ from tests.benchmarks.prognostics.summary import ORACLE, in_words
 
 RESULTS = Path(__file__).parent / "results"
 FLEETS = RESULTS / "fleets.jsonl"
+NOT_TOLD = RESULTS / "law_not_told.jsonl"
 PICTURE = Path(__file__).parents[3] / "reports" / "guide" / "prognostics.png"
 _SOURCES = ("forecast", "inference", "trend")
+_OF_THE_BOUND = ("curves", "evidence", "law_not_told", "populations")
+_OF_ALL = ("fleets", "laws", "method", "oracle", "scoring")
+Result = dict[str, Any]
 
 
 @lru_cache(maxsize=1)
 def state_of_code() -> str:
     """Digest of the sources that a fleet's scores hang on."""
-    here, told = Path(__file__).parent, ("summary", "picture", "run")
+    here, told = Path(__file__).parent, ("summary", "picture", "run", *_OF_THE_BOUND)
     shared = [here.parent / "degradation" / "series.py", here / "requirements.txt"]
     own = [file for file in sorted(here.glob("*.py")) if file.stem not in told]
     return digest([*sources(*_SOURCES), *shared, *own, prior_file("trend")])
 
 
+@lru_cache(maxsize=1)
+def state_of_bound() -> str:
+    """The same of the scores of the best forecast that is not told the law."""
+    own = [Path(__file__).parent / f"{name}.py" for name in (*_OF_THE_BOUND, *_OF_ALL)]
+    return digest([*sources("forecast"), *own])
+
+
 def methods() -> dict[str, Method]:
-    """All methods but the oracle; the other packages are needed only here."""
+    """All methods but the oracle and the bound; the other packages are needed only here."""
     from tests.benchmarks.prognostics import (
         hdprog_trend,
         progpy_filter,
@@ -61,13 +75,13 @@ def methods() -> dict[str, Method]:
     return {module.__name__.rsplit(".", 1)[1]: module.learn for module in each}
 
 
-def measured(one: Fleet, each: dict[str, Method]) -> dict[str, Any]:
+def measured(one: Fleet, each: dict[str, Method], code: str) -> Result:
     """Forecast a fleet's new units by all methods and score them."""
-    place = [SEED, [law.name for law in LAWS].index(one.law), one.size, one.number]
+    seed = [SEED, [law.name for law in LAWS].index(one.law), one.size, one.number]
     units: list[dict[str, Any]] = []
-    deviates = np.random.default_rng([*place, 1]).uniform(size=len(one.new))
+    deviates = np.random.default_rng([*seed, 1]).uniform(size=len(one.new))
     for at, unit in enumerate(one.new):
-        known = oracle(one.population, unit.readings, GRID, np.random.default_rng([*place, 2, at]))
+        known = oracle(one.population, unit.readings, GRID, np.random.default_rng([*seed, 2, at]))
         found = score(known.probability, unit.crossing, deviates[at])
         units.append(
             {
@@ -79,10 +93,10 @@ def measured(one: Fleet, each: dict[str, Method]) -> dict[str, Any]:
     marked, seconds = {}, {}
     for number, (name, learn) in enumerate(each.items()):
         started = time.process_time()
-        learnt = learn(one.others, np.random.default_rng([*place, 3, number]))
+        learnt = learn(one.others, np.random.default_rng([*seed, 3, number]))
         marks = learnt.not_converged
         for at, unit in enumerate(one.new):
-            rng = np.random.default_rng([*place, 4, number, at])
+            rng = np.random.default_rng([*seed, 4, number, at])
             told = learnt.forecast(unit.readings, rng)
             marks += not told.converged
             for variant, probability in told.by_name.items():
@@ -94,7 +108,7 @@ def measured(one: Fleet, each: dict[str, Method]) -> dict[str, Any]:
         "law": one.law,
         "size": one.size,
         "number": one.number,
-        "code": state_of_code(),
+        "code": code,
         "units": units,
         "not_converged": marked,
         "seconds": seconds,
@@ -113,35 +127,63 @@ def to_do() -> Iterator[tuple[Law, Kind, int]]:
         yield law, kind, number
 
 
-def read() -> list[dict[str, Any]]:
+def read(file: Path) -> list[Result]:
     """The results so far."""
-    if not FLEETS.exists():
+    if not file.exists():
         return []
-    return [json.loads(line) for line in FLEETS.read_text("utf-8").splitlines()]
+    return [json.loads(line) for line in file.read_text("utf-8").splitlines()]
+
+
+def complete(file: Path, each: dict[str, Method], code: str) -> None:
+    """Run the fleets that a file lacks or has from another state of the code."""
+    kept = [one for one in read(file) if one["code"] == code]
+    atomic_write_text(file, "".join(json.dumps(one) + "\n" for one in kept))
+    done = {place(one) for one in kept}
+    for law, kind, number in to_do():
+        if (law.name, kind.size, number) in done:
+            continue
+        found = measured(fleet(law, kind.size, number, kind.new), each, code)
+        with file.open("a", encoding="utf-8") as lines:
+            lines.write(json.dumps(found) + "\n")
+        print(f"{law.name}, {kind.size} units, fleet {number}: {found['seconds']}", flush=True)
+
+
+def place(one: Result) -> tuple[str, int, int]:
+    """Which fleet a result is of."""
+    return one["law"], one["size"], one["number"]
+
+
+def joined(fleets: Sequence[Result], bounds: Sequence[Result]) -> list[Result]:
+    """Results of the fleets, with those of the bound where there are any."""
+    bound_of = {place(one): one for one in bounds}
+    for one in fleets:
+        bound = bound_of.get(place(one))
+        if bound is not None:
+            for unit, same in zip(one["units"], bound["units"], strict=True):
+                unit["told"] |= same["told"]
+            one["not_converged"] |= bound["not_converged"]
+            one["seconds"] |= bound["seconds"]
+    return list(fleets)
 
 
 def main() -> None:
     """Run what is missing and write the summary."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--bound", action="store_true", help="only run what is not told the law")
     parser.add_argument("--summary", action="store_true", help="only make the summary anew")
     asked = parser.parse_args()
     hold_blas_to_one_thread()
     if not asked.summary:
-        kept = [one for one in read() if one["code"] == state_of_code()]
-        atomic_write_text(FLEETS, "".join(json.dumps(one) + "\n" for one in kept))
-        done = {(one["law"], one["size"], one["number"]) for one in kept}
-        each = methods()
-        for law, kind, number in to_do():
-            if (law.name, kind.size, number) in done:
-                continue
-            found = measured(fleet(law, kind.size, number, kind.new), each)
-            with FLEETS.open("a", encoding="utf-8") as lines:
-                lines.write(json.dumps(found) + "\n")
-            print(f"{law.name}, {kind.size} units, fleet {number}: {found['seconds']}", flush=True)
-    results = read()
-    if not results:
+        complete(NOT_TOLD, {"law_not_told": law_not_told.learn}, state_of_bound())
+        if not asked.bound:
+            complete(FLEETS, methods(), state_of_code())
+    fleets, bounds = read(FLEETS), read(NOT_TOLD)
+    if not fleets:
         raise SystemExit(f"no results in {FLEETS}")
-    words = in_words(results, state_of_code())
+    outdated = any(one["code"] != state_of_code() for one in fleets)
+    outdated |= any(one["code"] != state_of_bound() for one in bounds)
+    results = joined(fleets, bounds)
+    words = in_words(results, outdated)
     atomic_write_text(RESULTS / "summary.md", words)
     write_picture(results, PICTURE)
     print(words)
