@@ -28,7 +28,7 @@ from hdprog.trend.ridge_frames import along_ridges, parts
 from hdprog.trend.wear_coordinates import to_loop
 from hdprog.trend.written_out import WrittenOut, with_rows
 
-_WARM_UP, _WEIGHING = 30, 12  # sweeps, and those until all of the weight counts
+_WARM_UP, _WEIGHING = 20, 10  # sweeps, and those until all of the weight counts
 _FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
 _LEARN = 5  # sweeps
 _FRESH = 4  # sweeps from one offer of fresh numbers to the next

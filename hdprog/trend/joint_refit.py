@@ -51,8 +51,8 @@ class Effort:
     parts: int = 2
 
 
-FULL = Effort(40, 100, 75.0, 60.0)
-QUICK = Effort(40, 80, 75.0, 50.0)
+FULL = Effort(24, 100, 75.0, 60.0)
+QUICK = Effort(24, 80, 75.0, 50.0)
 BESIDE = Effort(30, 60, 40.0, 30.0, chains=12, parts=1)
 """For a forecast that another one is compared with; few chains cost more each."""
 
