@@ -2,9 +2,10 @@
 
 Warm-up moves: differential evolution (ter Braak 2006; Nelson et al. 2014), one step in ten with
 unit scale so that walkers hop between modes, and the affine stretch move (Goodman & Weare 2010).
-After the warm-up most steps are independence proposals from a frozen mixture. Where a record ends
-about the teeth's threshold, some steps redraw that one. emcee 3.1.6's
-snooker move is not used: it does not leave its target distribution unchanged.
+After the warm-up most steps are independence proposals from a frozen mixture, and most others are
+short steps by the covariance that the mixture has where a walker stands: these lead out of what the
+mixture hardly proposes. Where a record ends about the teeth's threshold, some steps redraw that
+one. emcee 3.1.6's snooker move is not used: it does not leave its target distribution unchanged.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdprog.inference.likelihood import COUNT, LoopLikelihood, sigmoid
-from hdprog.inference.mixture_proposal import IndependenceProposal, Mixture
+from hdprog.inference.mixture_proposal import IndependenceProposal, LocalProposal, Mixture
 from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
 from hdprog.inference.starting_points import StartingPoint
 from hdprog.inference.threshold_redraw import ThresholdRedraw
@@ -25,7 +26,8 @@ from hdprog.physics.parameters import FloatArray
 
 ENSEMBLES = 4
 WALKERS = 24
-_INDEPENDENT = 0.85  # of the steps after the warm-up
+INDEPENDENT = 0.85  # share of the steps behind the first part of the warm-up
+_LOCAL = 0.8  # of the others: along a ridge they are taken five times as often as evolution's
 _REDRAWN = 0.1
 LogDensity = Callable[[FloatArray], FloatArray]
 
@@ -98,6 +100,7 @@ def moves(
     ensembles: int,
     mixture: Mixture | None = None,
     redraw: ThresholdRedraw | None = None,
+    independent: float = INDEPENDENT,
 ) -> list[tuple[Any, float]]:
     """The moves in use with their weights; their stationarity is tested on known targets.
 
@@ -106,6 +109,7 @@ def moves(
     ensembles : how many run side by side
     mixture : frozen proposal of the steps after the warm-up, or None during it
     redraw : of thresholds beyond the record, or None where walkers have none
+    independent : share of the steps that draw from the mixture, where there is one
     """
     from emcee.moves import DEMove, StretchMove
 
@@ -114,7 +118,8 @@ def moves(
     local = [(DEMove(), 0.8), (DEMove(gamma0=1.0), 0.1), (StretchMove(), 0.1)]
     each = [(SideBySide(move, ensembles), weight) for move, weight in local]
     if mixture is not None:
-        each = _with(IndependenceProposal(mixture), _INDEPENDENT, each)
+        each = _with(LocalProposal(mixture), _LOCAL, each)
+        each = _with(IndependenceProposal(mixture), independent, each)
     return each if redraw is None else _with(redraw, _REDRAWN, each)
 
 
@@ -131,6 +136,7 @@ def sample_ensembles(
     steps: int,
     mixture: Mixture | None = None,
     redraw: ThresholdRedraw | None = None,
+    independent: float = INDEPENDENT,
 ) -> tuple[FloatArray, float, EnsembleState]:
     """Run independent ensembles on, side by side.
 
@@ -140,7 +146,7 @@ def sample_ensembles(
     state : walkers' positions and the generator's state
     steps : steps of every ensemble
     mixture : frozen proposal, or None during the warm-up
-    redraw : as in `moves`
+    redraw, independent : as in `moves`
 
     Returns
     -------
@@ -154,7 +160,7 @@ def sample_ensembles(
         ensembles * walkers,
         dimensions,
         log_density,
-        moves=moves(ensembles, mixture, redraw),
+        moves=moves(ensembles, mixture, redraw, independent),
         vectorize=True,
     )
     # emcee seeds itself from NumPy's global state unless told otherwise.

@@ -13,6 +13,7 @@ from hdprog.inference.diagnostics import LENGTHS, Diagnostics, autocorrelation_t
 from hdprog.inference.mixture_proposal import Mixture, fit_mixture
 from hdprog.inference.sampler import (
     ENSEMBLES,
+    INDEPENDENT,
     WALKERS,
     EnsembleState,
     RidgePosterior,
@@ -25,6 +26,8 @@ Progress = Callable[[str, int, int], None]
 _SLOW = 9.0  # autocorrelation time in steps above which the proposal is fitted anew
 _HELPED = 0.8  # of the time before, which a proposal fitted anew must reach to be fitted again
 _TAIL_DEGREES = 6.0  # of Student's t where the Gaussians' tails have held walkers up
+# Fits after which fewer steps draw from the mixture: what it still misses is walked through.
+_FEWER_AFTER, _FEWER = 4, 0.5
 _MORE_SEEN = 4  # or chains so many times as long as those that it was fitted to
 _MIXTURE_DRAWS = 6000
 
@@ -74,14 +77,15 @@ def sample_until_converged(
 ) -> tuple[FloatArray, Diagnostics, dict[str, float], bool]:
     """Warm up, freeze the proposal, sample until all diagnostics pass or the bound is reached."""
     spread = map if executor is None else executor.map
-    steps_done = 0
+    steps_done = refits = 0
 
     def advance(
         steps: int, mixture: Mixture | None, temperature: float = 1.0
     ) -> tuple[FloatArray, float, list[EnsembleState]]:
         nonlocal steps_done
         many, density = len(states), replace(posterior, temperature=temperature)
-        same = ([one] * many for one in (steps, mixture, redraw))
+        independent = INDEPENDENT if refits < _FEWER_AFTER else _FEWER
+        same = ([one] * many for one in (steps, mixture, redraw, independent))
         results = list(spread(sample_ensembles, [density] * many, states, *same))
         steps_done += steps
         chains = np.concatenate([chains for chains, _, _ in results])
@@ -102,7 +106,7 @@ def sample_until_converged(
         redraw = None  # of no use to this record
     warm_up = steps_done
     ridge, accepted, states = advance(plan.first_steps, mixture)
-    refits, slowest, fitted_to = 0, math.inf, plan.first_steps
+    slowest, fitted_to = math.inf, plan.first_steps
     while True:
         tau = float(autocorrelation_time(ridge).max())
         total = ridge.shape[1]
