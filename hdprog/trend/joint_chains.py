@@ -5,10 +5,10 @@ each test's own, test by test, and then all states by elliptical slices (Murray,
 AISTATS 2010); takes other hyperparameters under the same numbers z, or another z, as the Gaussian
 step has them; and shifts all tests together by Metropolis steps. No loop knows where on its ridge
 it lies, and a slice in all dimensions at once hardly moves there: chains without shifts agree with
-each other and are too narrow. They go along the directions in which that step is widest; along one
-ridge coordinate of all loops, as far as the step does not know of; and by how far two other chains
-lie apart, in the ridge coordinates of cup and teeth or of friction, test by test or in the mean of
-all, or in everything.
+each other and are too narrow. They go along the directions in which that step is widest, and along
+one ridge coordinate of all loops, by draws that reach farther than the step knows of or by strides;
+and by how far two other chains lie apart, in the ridge coordinates of cup and teeth or of friction,
+test by test or in the mean of all, or in everything.
 """
 
 from __future__ import annotations
@@ -33,9 +33,10 @@ _FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
 _LEARN = 5  # sweeps
 _FRESH = 4  # sweeps from one offer of fresh numbers to the next
 _DIRECTIONS = 16  # in which the Gaussian step is widest
-_REDRAWN = 10  # of these along which a sweep draws anew where all tests lie
-_WIDER = 1.4  # than the Gaussian step, which tails reach beyond
-_SHIFTS, _FOLLOWED = 2, 1  # how many shifts by strides, and by other chains, a sweep takes
+_REDRAWN = 6  # of these along which a sweep draws anew where all tests lie
+_LEFT_OPEN = slice(2, 8)  # ridge coordinates along which it does, too: loops say least of them
+_WIDTHS, _FAR_SHARE = np.array([1.4, 5.0]), 0.3  # of these draws, in spreads of the Gaussian step
+_SHIFTS, _FOLLOWED = 1, 1  # how many shifts by strides, and by other chains, a sweep takes
 _WRITTEN = 120  # numbers of all tests' states up to which all chains are offered others each sweep
 _FIRST_REACH = 2.0  # of the Gaussian step's spread along a direction
 _TAKEN = 0.35  # share of shifts that the reach is made for
@@ -73,9 +74,10 @@ class Chains:
         self._own = self._at.own
         self._weight, self.met = self._at.log_weight(start)
         maps, size = [test.ridge for test in step.tests], start.states.shape[-1]
-        widest = self._at.widest(_DIRECTIONS)
-        self._redrawn = min(_REDRAWN, len(widest))
-        self._along = np.concatenate([widest, along_ridges(maps, size)])
+        widest, ridges = self._at.widest(_DIRECTIONS), along_ridges(maps, size)
+        self._along = np.concatenate([widest, ridges])
+        redrawn = np.concatenate([widest[:_REDRAWN], ridges[_LEFT_OPEN]])
+        self._redrawn = redrawn[redrawn.any(axis=(1, 2))]
         self._reach = np.full(len(self._along), _FIRST_REACH)
         self._parts = parts(maps, size)
         self._stride = np.full(len(self._parts), _STRIDE / np.sqrt(2.0 * start.states[0].size))
@@ -103,8 +105,8 @@ class Chains:
             # Tails that a turn hardly finds are entered, and left, by draws of their own.
             fresh = self._rng.standard_normal(self._numbers.shape)
             self._offer(np.arange(len(fresh)), self.deviates, self._at, fresh)
-        for place in range(self._redrawn):
-            self._redraw(place)
+        for direction in self._redrawn:
+            self._redraw(direction)
         for place in self._rng.permutation(len(self._along))[:_SHIFTS]:
             taken = self._shift(place)
             if self.sweeps < _WARM_UP:
@@ -180,18 +182,21 @@ class Chains:
         """By how much the log weight (chains,) may fall, drawn for the share of it that counts."""
         return np.asarray(np.log(self._rng.uniform(size=chains)) / self._share)
 
-    def _redraw(self, place: int) -> None:
-        """Draw anew how far all tests lie along one direction; all else stays.
+    def _redraw(self, direction: FloatArray) -> None:
+        """Draw anew how far all tests lie along one direction (tests, n); all else stays.
 
-        The step has it standard normal in spreads of its own.
+        The step has it standard normal in spreads of its own. Some draws reach far: where preload
+        and friction are known by their product alone, the loops' tail is many spreads long.
         """
-        rng, count, direction = self._rng, len(self.deviates), self._along[place]
+        rng, count = self._rng, len(self.deviates)
         way = np.einsum("dji,j->di", self._at.factor, direction.ravel())
         length = np.sqrt(np.sum(way**2, axis=1))
         old = np.sum(way * self._numbers[:, : self._at.size], axis=1) / length
-        new = _WIDER * rng.standard_normal(count)
+        new = rng.choice(_WIDTHS, count, p=[1 - _FAR_SHARE, _FAR_SHARE]) * rng.standard_normal(
+            count
+        )
         shift = ((new - old) / length)[:, None, None] * direction
-        self._go(np.arange(count), shift, 0.5 * (new**2 - old**2) / _WIDER**2)
+        self._go(np.arange(count), shift, _log_redrawn(old) - _log_redrawn(new))
 
     def _shift(self, place: int) -> float:
         """Shift all tests along one direction; the share of chains that do."""
@@ -279,6 +284,12 @@ class Chains:
             with_rows(self._tangents.states, rows, tangents.states),
             tuple(with_rows(old, rows, new) for old, new in each),
         )
+
+
+def _log_redrawn(places: FloatArray) -> FloatArray:
+    """Log density (chains,) of the draws of `Chains._redraw`, up to a constant."""
+    near, far = -0.5 * (places / _WIDTHS[:, None]) ** 2 - np.log(_WIDTHS)[:, None]
+    return np.asarray(np.logaddexp(np.log1p(-_FAR_SHARE) + near, np.log(_FAR_SHARE) + far))
 
 
 def _log_normal(numbers: FloatArray) -> FloatArray:
