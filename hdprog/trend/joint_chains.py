@@ -192,9 +192,8 @@ class Chains:
         way = np.einsum("dji,j->di", self._at.factor, direction.ravel())
         length = np.sqrt(np.sum(way**2, axis=1))
         old = np.sum(way * self._numbers[:, : self._at.size], axis=1) / length
-        new = rng.choice(_WIDTHS, count, p=[1 - _FAR_SHARE, _FAR_SHARE]) * rng.standard_normal(
-            count
-        )
+        new = rng.choice(_WIDTHS, count, p=[1 - _FAR_SHARE, _FAR_SHARE])
+        new = new * rng.standard_normal(count)
         shift = ((new - old) / length)[:, None, None] * direction
         self._go(np.arange(count), shift, _log_redrawn(old) - _log_redrawn(new))
 

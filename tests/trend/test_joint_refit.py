@@ -128,6 +128,16 @@ def test_shifts_that_forget_how_likely_the_states_are_would_be_noticed(
     assert ratio.max() > 1.15
 
 
+def test_redraws_that_forget_how_likely_they_are_would_be_noticed(
+    problem: Problem, reference: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What they lead to is the posterior times the density of the redraws: too narrow."""
+    monkeypatch.setattr(joint_chains, "_log_redrawn", lambda places: np.zeros(len(places)))
+    found = sampled(problem, monkeypatch, SHORT).measured
+    _, ratio = shifts_and_ratios(found.reshape(len(found), -1), reference)
+    assert ratio.min() < 0.85
+
+
 def test_teeth_stiffer_than_they_can_be_have_no_weight(
     problem: Problem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
