@@ -98,6 +98,7 @@ class _Counted:
 class Test:
     """One test: linearised, its ridge, its own numbers, and what it says exactly, if it does."""
 
+    evidence: LoopEvidence
     loop: Linearised
     point: FloatArray
     ridge: RidgeMap
@@ -156,7 +157,7 @@ class GaussianStep:
                 exact, own = test.exact.about(to_loop(point))
                 own = replace(own, slope=own.slope * slope(point))
             ridge = RidgeMap(point, alpha, softplus_scale)
-            found.append(Test(loop, point, ridge, own, exact))
+            found.append(Test(test, loop, point, ridge, own, exact))
         seen = SeenTests.of(mode.loops, tests, wear_prior)
         return GaussianStep(tuple(found), seen, timeline, state_prior, wear_prior)
 
@@ -203,6 +204,13 @@ class GaussianStep:
             weight += 0.5 * (tangent_square - met_square)
         inside = np.isfinite(weight) & possible(met).all(axis=1)
         return np.where(inside, weight, -np.inf), met
+
+    def on_tangents(self, met: FloatArray) -> FloatArray:
+        """States (tests, n) on the tangents that stand for what the tests met (tests, n)."""
+        each = zip(self.tests, met, strict=True)
+        return np.stack(
+            [one if test.exact is None else test.ridge.tangent_of(one) for test, one in each]
+        )
 
     def _onto_ridges(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
         """What tests met (draws, tests, n), on the ridges of those that are not linear.

@@ -3,12 +3,13 @@
 The prior of a chain is the Gaussian step, its likelihood that step's weight. A sweep turns what is
 each test's own, test by test, and then all states by elliptical slices (Murray, Adams & MacKay,
 AISTATS 2010); takes other hyperparameters under the same numbers z, or another z, as the Gaussian
-step has them; and shifts all tests together by Metropolis steps. No loop knows where on its ridge
-it lies, and a slice in all dimensions at once hardly moves there: chains without shifts agree with
-each other and are too narrow. They go along the directions in which that step is widest, and along
-one ridge coordinate of all loops, by draws that reach farther than the step knows of or by strides;
-and by how far two other chains lie apart, in the ridge coordinates of cup and teeth or of friction,
-test by test or in the mean of all, or in everything.
+step has them, and others under the same states, as the trend has them: where numbers hold one the
+states let go (interweaving, Yu & Meng, J. Comput. Graph. Stat. 20 (2011) 531). And it shifts
+tests by Metropolis steps: no loop knows where on its ridge it lies, and a slice in all dimensions
+at once hardly moves there; chains without shifts agree with each other and are too narrow. They go
+along paths of joint modes (see `ridge_paths`); and by how far two other chains lie apart, in the
+ridge coordinates of cup and teeth or of friction, test by test or in the mean of all, or in
+everything.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ from hdprog.trend.elliptical_slice import between, turned
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.gaussian_step import GaussianStep, Tangents, Test
 from hdprog.trend.hyperparameters import HyperparameterDraws
-from hdprog.trend.ridge_frames import along_ridges, parts
+from hdprog.trend.ridge_frames import parts
+from hdprog.trend.ridge_paths import RidgePath, RidgePaths
+from hdprog.trend.trend_density import believed
 from hdprog.trend.wear_coordinates import to_loop
 from hdprog.trend.written_out import WrittenOut, with_rows
 
@@ -32,14 +35,12 @@ _WARM_UP, _WEIGHING = 20, 10  # sweeps, and those until all of the weight counts
 _FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
 _LEARN = 5  # sweeps
 _FRESH = 4  # sweeps from one offer of fresh numbers to the next
-_DIRECTIONS = 16  # in which the Gaussian step is widest
-_REDRAWN = 6  # of these along which a sweep draws anew where all tests lie
-_LEFT_OPEN = slice(2, 8)  # ridge coordinates along which it does, too: loops say least of them
-_WIDTHS, _FAR_SHARE = np.array([1.4, 5.0]), 0.3  # of these draws, in spreads of the Gaussian step
-_SHIFTS, _FOLLOWED = 1, 1  # how many shifts by strides, and by other chains, a sweep takes
+_LONG = np.array([0.5, 1.5, 5.0])  # strides along a path, in spreads of its place
+_SINGLE, _FOLLOWED = 2, 1  # paths of single tests, and shifts by other chains, that a sweep takes
+_VARIED = 2  # how often a sweep varies the hyperparameters under the same states
+_STEP = np.array([0.15, 0.4, 0.8])  # of two draws' difference; a Gaussian's best is 0.56
+_ALONE = np.array([0.5, 1.5])  # the same of one hyperparameter alone, in its prior's spreads
 _WRITTEN = 120  # numbers of all tests' states up to which all chains are offered others each sweep
-_FIRST_REACH = 2.0  # of the Gaussian step's spread along a direction
-_TAKEN = 0.35  # share of shifts that the reach is made for
 _STRIDE = 2.4  # over the root of twice the dimensions: best for a Gaussian (ter Braak 2006)
 _STRIDES = 0.7  # spread of the stride's logarithm
 _ADAPT = 0.5  # of the stride's logarithm, by the share taken
@@ -66,19 +67,15 @@ class Chains:
         start: Tangents,
         groups: int,
         rng: np.random.Generator,
+        paths: RidgePaths,
     ) -> None:
-        self._step, self._draws, self._rng = step, draws, rng
+        self._step, self._draws, self._rng, self._paths = step, draws, rng, paths
         self.groups, self.sweeps, self._share = groups, 0, 1.0
         self.deviates, self._at = deviates, WrittenOut.of(step, deviates)
         self._tangents, self._numbers = start, self._at.numbers_of(start)
         self._own = self._at.own
         self._weight, self.met = self._at.log_weight(start)
         maps, size = [test.ridge for test in step.tests], start.states.shape[-1]
-        widest, ridges = self._at.widest(_DIRECTIONS), along_ridges(maps, size)
-        self._along = np.concatenate([widest, ridges])
-        redrawn = np.concatenate([widest[:_REDRAWN], ridges[_LEFT_OPEN]])
-        self._redrawn = redrawn[redrawn.any(axis=(1, 2))]
-        self._reach = np.full(len(self._along), _FIRST_REACH)
         self._parts = parts(maps, size)
         self._stride = np.full(len(self._parts), _STRIDE / np.sqrt(2.0 * start.states[0].size))
 
@@ -97,7 +94,7 @@ class Chains:
         self._share = 1.0
 
     def sweep(self) -> None:
-        """Turn what is each test's own, then the states; offer others; shift all tests together."""
+        """Turn what is each test's own, then the states; offer and vary others; shift the tests."""
         self._turn_own()
         self._turn_states()
         self._offer_others()
@@ -105,12 +102,11 @@ class Chains:
             # Tails that a turn hardly finds are entered, and left, by draws of their own.
             fresh = self._rng.standard_normal(self._numbers.shape)
             self._offer(np.arange(len(fresh)), self.deviates, self._at, fresh)
-        for direction in self._redrawn:
-            self._redraw(direction)
-        for place in self._rng.permutation(len(self._along))[:_SHIFTS]:
-            taken = self._shift(place)
-            if self.sweeps < _WARM_UP:
-                self._reach[place] *= np.exp(taken - _TAKEN)
+        for _ in range(_VARIED):
+            self._vary_hyperparameters()
+        single = self._rng.permutation(len(self._paths.single))[:_SINGLE]
+        for path in (*self._paths.together, *(self._paths.single[one] for one in single)):
+            self._go_along(path)
         for place in self._rng.permutation(len(self._parts))[:_FOLLOWED]:
             taken = self._follow_others(place)
             if self.sweeps < _WARM_UP:
@@ -182,26 +178,11 @@ class Chains:
         """By how much the log weight (chains,) may fall, drawn for the share of it that counts."""
         return np.asarray(np.log(self._rng.uniform(size=chains)) / self._share)
 
-    def _redraw(self, direction: FloatArray) -> None:
-        """Draw anew how far all tests lie along one direction (tests, n); all else stays.
-
-        The step has it standard normal in spreads of its own. Some draws reach far: where preload
-        and friction are known by their product alone, the loops' tail is many spreads long.
-        """
+    def _go_along(self, path: RidgePath) -> float:
+        """Shift all tests along a path; the share of chains that do."""
         rng, count = self._rng, len(self.deviates)
-        way = np.einsum("dji,j->di", self._at.factor, direction.ravel())
-        length = np.sqrt(np.sum(way**2, axis=1))
-        old = np.sum(way * self._numbers[:, : self._at.size], axis=1) / length
-        new = rng.choice(_WIDTHS, count, p=[1 - _FAR_SHARE, _FAR_SHARE])
-        new = new * rng.standard_normal(count)
-        shift = ((new - old) / length)[:, None, None] * direction
-        self._go(np.arange(count), shift, _log_redrawn(old) - _log_redrawn(new))
-
-    def _shift(self, place: int) -> float:
-        """Shift all tests along one direction; the share of chains that do."""
-        rng, count = self._rng, len(self.deviates)
-        way = self._reach[place] * rng.standard_normal(count) * np.exp(rng.standard_normal(count))
-        return self._go(np.arange(count), way[:, None, None] * self._along[place])
+        by = path.spread * rng.choice(_LONG, count) * rng.standard_normal(count)
+        return self._go(np.arange(count), path.shifts(self._tangents.states, by))
 
     def _follow_others(self, place: int) -> float:
         """Shift all tests by a part of how far two other chains of the group lie apart.
@@ -242,15 +223,53 @@ class Chains:
         return len(taken) / len(rows)
 
     def _offer_others(self) -> None:
-        """Offer other hyperparameters: to all chains, or in turn where there are many tests.
+        """Offer other hyperparameters, as the Gaussian step draws them."""
+        rows = self._in_turn()
+        deviates = self._draws.thinned(len(rows), self._rng)
+        self._offer(rows, deviates, WrittenOut.of(self._step, deviates), self._numbers[rows])
+
+    def _in_turn(self) -> NDArray[np.intp]:
+        """Chains that take other hyperparameters now: all, or some where there are many tests.
 
         Writing the Gaussian step out costs the cube of all tests' numbers.
         """
         count = len(self.deviates)
         some = max(1, count * _WRITTEN // self._at.size)
-        rows = np.arange(count) if some >= count else self._rng.permutation(count)[:some]
-        deviates = self._draws.thinned(len(rows), self._rng)
-        self._offer(rows, deviates, WrittenOut.of(self._step, deviates), self._numbers[rows])
+        return np.arange(count) if some >= count else self._rng.permutation(count)[:some]
+
+    def _vary_hyperparameters(self) -> None:
+        """Vary the hyperparameters while the states stay; the loops have no say in it."""
+        rng, rows = self._rng, self._in_turn()
+        now = self.deviates[rows]
+        deviates = now + self._variation(len(rows))
+        inside = believed(deviates, self._step.steps_of(deviates)[0])
+        rows, now, deviates = rows[inside], now[inside], deviates[inside]
+        if not rows.size:
+            return
+        other = WrittenOut.of(self._step, deviates)
+        courses = np.stack([self._tangents.states[rows], self.met[rows]])
+        with np.errstate(all="ignore"):
+            tangent, met = other.log_trend(courses) - self._at.having_only(rows).log_trend(courses)
+            gained = tangent + self._share * (met - tangent)
+            gained += _log_normal(deviates) - _log_normal(now)
+            taken = np.log(rng.uniform(size=len(rows))) < gained
+        taken &= np.isfinite(other.factor).all(axis=(1, 2))
+        rows, deviates, change = rows[taken], deviates[taken], (met - tangent)[taken]
+        self.deviates = with_rows(self.deviates, rows, deviates)
+        self._at = self._at.having(rows, other, np.flatnonzero(taken))
+        numbers = self._at.numbers_of_states(self._tangents.states[rows], rows)
+        self._numbers[rows, : self._at.size] = numbers
+        self._weight = with_rows(self._weight, rows, self._weight[rows] + change)
+
+    def _variation(self, count: int) -> FloatArray:
+        """(count, k): a part of how two draws differ, or one hyperparameter alone."""
+        rng = self._rng
+        one, other = np.split(self._draws.thinned(2 * count, rng), 2)
+        together = rng.choice(_STEP, count)[:, None] * (one - other)
+        alone = np.zeros_like(together)
+        which = rng.integers(alone.shape[1], size=count)
+        alone[np.arange(count), which] = rng.choice(_ALONE, count) * rng.standard_normal(count)
+        return np.where(rng.uniform(size=(count, 1)) < 0.5, together, alone)
 
     def _offer(
         self, rows: NDArray[np.intp], deviates: FloatArray, at: WrittenOut, numbers: FloatArray
@@ -283,12 +302,6 @@ class Chains:
             with_rows(self._tangents.states, rows, tangents.states),
             tuple(with_rows(old, rows, new) for old, new in each),
         )
-
-
-def _log_redrawn(places: FloatArray) -> FloatArray:
-    """Log density (chains,) of the draws of `Chains._redraw`, up to a constant."""
-    near, far = -0.5 * (places / _WIDTHS[:, None]) ** 2 - np.log(_WIDTHS)[:, None]
-    return np.asarray(np.logaddexp(np.log1p(-_FAR_SHARE) + near, np.log(_FAR_SHARE) + far))
 
 
 def _log_normal(numbers: FloatArray) -> FloatArray:

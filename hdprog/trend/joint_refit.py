@@ -18,9 +18,10 @@ from hdprog.inference.diagnostics import diagnose
 from hdprog.inference.pareto_weights import pareto_weights, worth
 from hdprog.parallel import begin
 from hdprog.physics.parameters import FloatArray
-from hdprog.trend.gaussian_step import GaussianStep, Tangents
+from hdprog.trend.gaussian_step import GaussianStep
 from hdprog.trend.hyperparameters import HyperparameterDraws
 from hdprog.trend.joint_chains import Chains
+from hdprog.trend.ridge_paths import ridge_paths
 
 GROUPS = 4
 """Of chains that know nothing of each other; R-hat compares them."""
@@ -134,8 +135,14 @@ def begin_meeting(
         return partial(Met, deviates[chosen], met[chosen], pareto_k, worth=effective)
     # Draws by the Gaussian step as they are: wider than the posterior, and no two the same.
     start = np.resize(np.flatnonzero(np.isfinite(log_weight)), GROUPS * effort.chains)
+    groups, paths = GROUPS // effort.parts, ridge_paths(step, draws.flat.mean(axis=0))
     parts = [
-        begin(executor, _first_run, step, draws, deviates[rows], tangents.rows(rows), own, effort)
+        begin(
+            executor,
+            _first_run,
+            Chains(step, draws, deviates[rows], tangents.rows(rows), groups, own, paths),
+            effort.sweeps,
+        )
         for rows, own in zip(np.split(start, effort.parts), rng.spawn(effort.parts), strict=True)
     ]
     return partial(_sampled, parts, pareto_k, effort, executor)
@@ -156,17 +163,9 @@ class _Run:
     measured: FloatArray
 
 
-def _first_run(
-    step: GaussianStep,
-    draws: HyperparameterDraws,
-    deviates: FloatArray,
-    start: Tangents,
-    rng: np.random.Generator,
-    effort: Effort,
-) -> _Run:
-    chains = Chains(step, draws, deviates, start, GROUPS // effort.parts, rng)
+def _first_run(chains: Chains, sweeps: int) -> _Run:
     chains.warm_up()
-    return _run_on(chains, effort.sweeps)
+    return _run_on(chains, sweeps)
 
 
 def _run_on(chains: Chains, sweeps: int) -> _Run:

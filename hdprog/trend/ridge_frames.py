@@ -1,4 +1,4 @@
-"""Ways along the ridges of all loops at once, for moves that shift all tests together."""
+"""What a difference of states is made of, by ridge coordinates, for moves that shift all tests."""
 
 from __future__ import annotations
 
@@ -12,27 +12,6 @@ from hdprog.trend.ridge_map import RidgeMap
 _COUNT = len(NAMES)
 _PARTS = ([2, 3, 4], [5, 6, 7])
 """Ridge coordinates by what they are of: cup and teeth, and friction."""
-_UNITS = np.array([0.05, 0.3, 1.0, 1.0, 3.0, 0.3, 0.3, 0.05])
-"""Of the ridge coordinates: how far they may lie from where a loop is linearised, by size."""
-
-
-def along_ridges(maps: Sequence[RidgeMap], size: int) -> FloatArray:
-    """Shifts on the tangents that change one ridge coordinate of all loops alike.
-
-    Parameters
-    ----------
-    maps : of the loops; those without a ridge are not shifted
-    size : n, numbers of a state
-
-    Returns
-    -------
-    (8, tests, n)
-    """
-    shifts = np.zeros((_COUNT, len(maps), size))
-    for test, one in enumerate(maps):
-        if one.inverse is not None:
-            shifts[:, test, :_COUNT] = (one.inverse * _UNITS).T
-    return shifts
 
 
 def parts(maps: Sequence[RidgeMap], size: int) -> FloatArray:

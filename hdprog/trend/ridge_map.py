@@ -58,6 +58,20 @@ class RidgeMap:
             other[:_COUNT] = from_loop(found)[0]
         return other
 
+    def tangent_of(self, met: FloatArray) -> FloatArray:
+        """Point (n,) of the tangent that stands for wear coordinates (n,); see `onto_ridges`.
+
+        The point itself without a ridge; not finite where it lies on none.
+        """
+        tangent = met.copy()
+        if self.inverse is not None:
+            centre, _ = self.ridge
+            own = to_loop(met)[None, :_COUNT]
+            with np.errstate(all="ignore"):
+                flat = from_unconstrained(own, self.alpha, self.softplus_scale)[0]
+                tangent[:_COUNT] = self.point[:_COUNT] + self.inverse @ (flat - centre)
+        return tangent
+
     @cached_property
     def ridge(self) -> tuple[FloatArray, FloatArray]:
         """Ridge coordinates (8,) of the point and their derivative (8, 8)."""

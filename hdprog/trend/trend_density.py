@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.evidence import Linearised, LoopEvidence
@@ -22,6 +23,12 @@ FARTHEST_DEVIATE = 6.0
 """Of a hyperparameter from its prior's median, in its prior's spreads."""
 MOST_WEAR = 30.0
 """Units up to the last test; one unit leaves an eighth of the teeth's stiffness."""
+
+
+def believed(deviates: FloatArray, steps: Steps) -> NDArray[np.bool_]:
+    """Whether hyperparameters (draws, k), and the wear of their steps, have a density (draws,)."""
+    near = np.abs(deviates).max(axis=1) < FARTHEST_DEVIATE
+    return np.asarray(near & (steps.passed.sum(axis=1) < MOST_WEAR))
 
 
 def density(
@@ -48,8 +55,7 @@ def density(
 
     def log_density(deviates: FloatArray) -> FloatArray:
         steps, scatter = steps_of(deviates)
-        inside = np.abs(deviates).max(axis=1) < FARTHEST_DEVIATE
-        inside &= steps.passed.sum(axis=1) < MOST_WEAR
+        inside = believed(deviates, steps)
         if not inside.all():
             steps, scatter = steps_of(np.where(inside[:, None], deviates, UNWORN))
         evidence = log_evidence(steps, scatter, seen)

@@ -28,6 +28,7 @@ class WrittenOut:
     step : whose it is
     expected : (draws, N) of what the tests meet, before they are looked at
     trend : (draws, N, N) its precision
+    log_root_trend : (draws,) half the log of its determinant
     centre : (draws, N) by trend and loops
     factor : (draws, N, N) lower Cholesky factor of the precision of both
     root : (draws, N, N) its inverse
@@ -36,6 +37,7 @@ class WrittenOut:
     step: GaussianStep
     expected: FloatArray
     trend: FloatArray
+    log_root_trend: FloatArray
     centre: FloatArray
     factor: FloatArray
     root: FloatArray
@@ -44,7 +46,8 @@ class WrittenOut:
     def of(step: GaussianStep, deviates: FloatArray) -> WrittenOut:
         """Given hyperparameters' deviates (draws, k)."""
         mean, covariance = joint_gaussian(*step.steps_of(deviates), step.wear_prior.scales)
-        expected, trend = mean.reshape(len(mean), -1), _inverse(covariance)
+        expected = mean.reshape(len(mean), -1)
+        trend, log_root_trend = _inverse(covariance)
         pull, both = np.matmul(trend, expected[..., None])[..., 0], trend.copy()
         count = mean.shape[-1]
         for number, test in enumerate(step.tests):
@@ -54,7 +57,7 @@ class WrittenOut:
         factor = _factors(both)
         root = np.array([dtrtri(one, lower=1)[0] for one in factor])
         centre = np.matmul(np.swapaxes(root, 1, 2), np.matmul(root, pull[..., None]))[..., 0]
-        return WrittenOut(step, expected, trend, centre, factor, root)
+        return WrittenOut(step, expected, trend, log_root_trend, centre, factor, root)
 
     @cached_property
     def own(self) -> tuple[slice, ...]:
@@ -66,9 +69,14 @@ class WrittenOut:
         pairs = zip(self._parts, other._parts, strict=True)
         return WrittenOut(self.step, *(with_rows(a, rows, b[of]) for a, b in pairs))
 
+    def having_only(self, rows: NDArray[np.intp]) -> WrittenOut:
+        """Some of the draws."""
+        return WrittenOut(self.step, *(part[rows] for part in self._parts))
+
     @property
     def _parts(self) -> tuple[FloatArray, ...]:
-        return self.expected, self.trend, self.centre, self.factor, self.root
+        trend = self.expected, self.trend, self.log_root_trend
+        return *trend, self.centre, self.factor, self.root
 
     @property
     def size(self) -> int:
@@ -104,20 +112,6 @@ class WrittenOut:
         away = states.reshape(len(states), -1) - centre
         return np.asarray(np.einsum("dji,dj->di", factor, away))
 
-    def widest(self, count: int) -> FloatArray:
-        """Directions (count, tests, n) in which it is widest, each one spread long; N at most.
-
-        How wide is measured by how far each number may go while all others stay where they are:
-        what hangs together most comes first. By the mean precision over the draws.
-        """
-        factor = self.factor[np.isfinite(self.factor).all(axis=(1, 2))]
-        precision = np.matmul(factor, np.swapaxes(factor, 1, 2)).mean(axis=0)
-        alone = 1 / np.sqrt(np.diag(precision))
-        strength, vectors = np.linalg.eigh(precision * np.outer(alone, alone))
-        spread = 1 / np.sqrt(np.maximum(strength, np.finfo(float).eps))
-        directions = (spread * vectors * alone[:, None]).T[:count]
-        return np.asarray(directions.reshape(len(directions), len(self.step.tests), -1))
-
     def log_weight(
         self, tangents: Tangents, rows: NDArray[np.intp] | None = None
     ) -> tuple[FloatArray, FloatArray]:
@@ -133,10 +127,13 @@ class WrittenOut:
             expected, trend = expected[rows], trend[rows]
 
         def squares(courses: FloatArray) -> FloatArray:
-            away = courses.reshape(*courses.shape[:2], -1) - expected
-            return np.asarray(np.sum(away * np.matmul(trend, away[..., None])[..., 0], axis=-1))
+            return _squares(courses, expected, trend)
 
         return self.step.log_weight(tangents, squares)
+
+    def log_trend(self, courses: FloatArray) -> FloatArray:
+        """Log density (courses, draws) that the trend has of courses (courses, draws, tests, n)."""
+        return self.log_root_trend - 0.5 * _squares(courses, self.expected, self.trend)
 
 
 def with_rows(old: FloatArray, rows: NDArray[np.intp], new: FloatArray) -> FloatArray:
@@ -144,6 +141,12 @@ def with_rows(old: FloatArray, rows: NDArray[np.intp], new: FloatArray) -> Float
     found = old.copy()
     found[rows] = new
     return found
+
+
+def _squares(courses: FloatArray, expected: FloatArray, trend: FloatArray) -> FloatArray:
+    """Squared surprise (courses, draws) of courses (courses, draws, tests, n)."""
+    away = courses.reshape(*courses.shape[:2], -1) - expected
+    return np.asarray(np.sum(away * np.matmul(trend, away[..., None])[..., 0], axis=-1))
 
 
 def _factors(matrices: FloatArray) -> FloatArray:
@@ -158,7 +161,12 @@ def _factors(matrices: FloatArray) -> FloatArray:
     return found
 
 
-def _inverse(covariance: FloatArray) -> FloatArray:
-    """Inverses (draws, N, N) of symmetric positive matrices; by LAPACK, a third of the work."""
-    found = np.array([dpotri(factor, lower=1)[0] for factor in _factors(covariance)])
-    return np.asarray(np.tril(found) + np.swapaxes(np.tril(found, -1), 1, 2))
+def _inverse(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Inverses (draws, N, N) of symmetric positive matrices; by LAPACK, a third of the work.
+
+    And half the log of their determinants (draws,).
+    """
+    factors = _factors(covariance)
+    found = np.array([dpotri(factor, lower=1)[0] for factor in factors])
+    log_root = -np.sum(np.log(np.diagonal(factors, axis1=1, axis2=2)), axis=1)
+    return np.asarray(np.tril(found) + np.swapaxes(np.tril(found, -1), 1, 2)), log_root

@@ -21,6 +21,7 @@ from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.hyperparameters import HyperparameterDraws
 from hdprog.trend.joint_refit import Effort, Met, met_by_tests
 from hdprog.trend.ridge_map import RidgeMap, onto_ridges
+from hdprog.trend.ridge_paths import RidgePath
 from hdprog.trend.wear_coordinates import from_loop, to_loop
 from tests.trend.stand_in import ALPHA, PRIOR
 from tests.trend.two_tests import (
@@ -51,6 +52,7 @@ def problem() -> Problem:
 def sampled(problem: Problem, monkeypatch: pytest.MonkeyPatch, effort: Effort = LONG) -> Met:
     """Joint draws, about a thousand effective of long runs: spreads known to two hundredths."""
     monkeypatch.setattr(joint_refit, "HIGHEST_K", -1.0)
+    monkeypatch.setattr(joint_chains, "_VARIED", 0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # R-hat of what is held fixed
         found = met_by_tests(problem.step, fixed_draws(), np.random.default_rng(1), effort)
@@ -128,11 +130,18 @@ def test_shifts_that_forget_how_likely_the_states_are_would_be_noticed(
     assert ratio.max() > 1.15
 
 
-def test_redraws_that_forget_how_likely_they_are_would_be_noticed(
+def test_paths_that_do_not_leave_volumes_as_they_are_would_be_noticed(
     problem: Problem, reference: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What they lead to is the posterior times the density of the redraws: too narrow."""
-    monkeypatch.setattr(joint_chains, "_log_redrawn", lambda places: np.zeros(len(places)))
+    """Shifts that draw states towards the path: too narrow."""
+    right = RidgePath.shifts
+
+    def drawn_in(path: RidgePath, states: np.ndarray, by: np.ndarray) -> np.ndarray:
+        flat = states.reshape(len(states), -1)
+        away = flat - path._at(flat @ path.share)
+        return right(path, states, by) - 0.05 * away.reshape(states.shape)
+
+    monkeypatch.setattr(RidgePath, "shifts", drawn_in)
     found = sampled(problem, monkeypatch, SHORT).measured
     _, ratio = shifts_and_ratios(found.reshape(len(found), -1), reference)
     assert ratio.min() < 0.85
@@ -169,6 +178,7 @@ def test_what_is_a_tests_own_is_sampled_with_the_state(
 ) -> None:
     """Against quadrature over (ξ, v), from a Gaussian of v that is off; left out, it shows."""
     monkeypatch.setattr(joint_refit, "HIGHEST_K", -1.0)
+    monkeypatch.setattr(joint_chains, "_VARIED", 0)
     monkeypatch.setattr(gaussian_step, "onto_ridges", straight)
     if not weighed:
         monkeypatch.setattr(Nuisances, "log_density", lambda self, x, v: np.zeros(len(v)))

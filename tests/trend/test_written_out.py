@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 
 from hdprog.trend import written_out
 from hdprog.trend.gaussian_step import GaussianStep, Tangents
@@ -78,19 +79,22 @@ def test_centre_and_spread_are_those_of_the_filter(step: GaussianStep) -> None:
     np.testing.assert_allclose(states.std(axis=0) / spread, 1.0, atol=0.05)
 
 
-def test_the_widest_directions_are_a_spread_long_and_independent(step: GaussianStep) -> None:
-    """And the first is the widest there is: no draw goes as far for its length."""
-    at = WrittenOut.of(step, np.zeros((2, len(HYPERPARAMETERS))))
-    precision = at.factor[0] @ at.factor[0].T
-    directions = at.widest(5).reshape(5, -1)
-    np.testing.assert_allclose(directions @ precision @ directions.T, np.eye(5), atol=1e-6)
-    reach = np.linalg.norm(directions * np.sqrt(np.diag(precision)), axis=1)
-    assert (np.diff(reach) < 0).all()
-    some = np.random.default_rng(10).standard_normal((1000, at.size)) @ at.root[0]
-    lengths = np.sqrt(np.einsum("di,ij,dj->d", some, precision, some))
-    others = np.linalg.norm(some * np.sqrt(np.diag(precision)), axis=1) / lengths
-    assert others.max() < reach[0]
-    assert at.widest(1000).shape == (24, 3, 8)
+def test_the_trend_s_density_is_that_of_its_gaussian(
+    step: GaussianStep, deviates: np.ndarray
+) -> None:
+    at = WrittenOut.of(step, deviates)
+    courses = drawn(at, 9)[1].states
+    mean, covariance = joint_gaussian(*step.steps_of(deviates), WEAR_PRIOR.scales)
+    wanted = [
+        multivariate_normal.logpdf(course.ravel(), middle.ravel(), spread)
+        for course, middle, spread in zip(courses, mean, covariance, strict=True)
+    ]
+    found = at.log_trend(np.stack([courses, courses]))
+    constant = 0.5 * at.size * np.log(2 * np.pi)
+    np.testing.assert_allclose(found - constant, [wanted, wanted], rtol=1e-6, atol=1e-5)
+    some = np.array([4, 1])
+    only = at.having_only(some).log_trend(courses[None, some])
+    np.testing.assert_allclose(only[0], found[0, some])
 
 
 def test_some_draws_are_another_s(step: GaussianStep, deviates: np.ndarray) -> None:

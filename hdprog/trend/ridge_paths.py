@@ -1,0 +1,217 @@
+"""Paths along which tests may go far, bent as the posterior of loops and trend is.
+
+No loop tells how cup and teeth share the compliance, or preload and friction their product, and
+the trend holds the tests together: what they leave open all tests have in common. Along it the
+posterior is many spreads long and bent, and a straight shift of all tests soon leaves it. Where a
+test may have met its teeth at no torque at all, its threshold alone is as far from known.
+
+A path is made of the joint modes of loops and trend given its place: the mean of one coordinate
+over all tests, or the threshold of one. From a state x with place κ to κ' the shift is
+M(κ') − M(κ), M the modes joined by straight pieces. The place is linear in x and the shift hangs
+on nothing else: volumes stay as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from hdprog.physics.parameters import NAMES, FloatArray
+from hdprog.trend.evidence import Linearised
+from hdprog.trend.gaussian_step import GaussianStep
+from hdprog.trend.relinearise import (
+    JointMode,
+    JointPrior,
+    Linearises,
+    climb,
+    joint_precision,
+    laplace_evidence,
+)
+from hdprog.trend.wear_coordinates import Information, linearise
+
+_T_T = NAMES.index("T_T")
+_IN_COMMON = ("K_F", "a", "T_T", "c", "T_i", "mu")
+_HELD = 100.0  # spreads of a place's own within one of which it is held
+_STRIDE, _GROWTH = 0.8, 1.25  # from mode to mode, in spreads of the place by Laplace's method
+_SHORTEST = 0.15  # of them, below which a stride is not halved any more
+_MODES, _STRIDES = 8, 12  # on either side of the joint mode, and strides to find them at most
+_STEPS, _FIRST_STEPS = 3, 10  # of each climb, and of the first
+_FALL = 6.0  # of the log evidence, where a path ends
+_NEAR_NOTHING = 3.0  # spreads from where a test's threshold is all but none
+_RISE = 1e-3  # of the place from one mode to the next, in spreads: a path does not turn back
+
+
+@dataclass(frozen=True)
+class RidgePath:
+    """Joint modes given their place; N = tests·n.
+
+    Attributes
+    ----------
+    share : (N,) of each number in the place
+    places : (modes,) ascending
+    tangents : (modes, N) the modes, on the tangents of the loops' ridges
+    spread : of the place, by the modes' evidence
+    """
+
+    share: FloatArray
+    places: FloatArray
+    tangents: FloatArray
+    spread: float
+
+    def shifts(self, states: FloatArray, by: FloatArray) -> FloatArray:
+        """Shifts (draws, tests, n) of states on the tangents that change places by (draws,)."""
+        places = states.reshape(len(states), -1) @ self.share
+        return np.asarray((self._at(places + by) - self._at(places)).reshape(states.shape))
+
+    def _at(self, places: FloatArray) -> FloatArray:
+        """(draws, N) modes at places (draws,); straight on past the ends."""
+        piece = np.clip(np.searchsorted(self.places, places) - 1, 0, len(self.places) - 2)
+        start, end = self.places[piece], self.places[piece + 1]
+        along = ((places - start) / (end - start))[:, None]
+        return np.asarray(
+            self.tangents[piece] + along * (self.tangents[piece + 1] - self.tangents[piece])
+        )
+
+
+@dataclass(frozen=True)
+class RidgePaths:
+    """Paths of all tests together, and of single ones."""
+
+    together: tuple[RidgePath, ...] = ()
+    single: tuple[RidgePath, ...] = ()
+
+
+def ridge_paths(step: GaussianStep, deviates: FloatArray) -> RidgePaths:
+    """Paths of what loops leave open; hyperparameters' deviates (k,) are held meanwhile."""
+    loops = [partial(linearise, test.evidence) for test in step.tests]
+    steps, scatter = step.steps_of(deviates[None])
+    prior = JointPrior.of(steps, float(scatter[0]), step.wear_prior.scales)
+    mode = climb(loops, np.stack([test.point for test in step.tests]), prior, _FIRST_STEPS)
+    covariance = np.linalg.inv(joint_precision(mode, prior))
+    still = [_Still(*both) for both in zip(mode.loops, mode.points, strict=True)]
+    numbers = np.eye(prior.mean.size).reshape(*prior.mean.shape, -1)
+
+    def path(some: Sequence[Linearises], share: FloatArray) -> RidgePath | None:
+        spread = float(np.sqrt(share @ covariance @ share))
+        return _path(step, some, _Held(prior, share, (_HELD / spread) ** 2), mode, spread)
+
+    together = [path(loops, numbers[:, NAMES.index(name)].mean(axis=0)) for name in _IN_COMMON]
+    single = []
+    for place, share in enumerate(numbers[:, _T_T]):
+        if share @ mode.points.ravel() < _NEAR_NOTHING * np.sqrt(share @ covariance @ share):
+            # The others hardly move, and need not be linearised anew.
+            single.append(path([*still[:place], loops[place], *still[place + 1 :]], share))
+    return RidgePaths(*(tuple(one for one in some if one) for some in (together, single)))
+
+
+@dataclass(frozen=True)
+class _Still:
+    """A loop that stays linearised at one point (n,)."""
+
+    loop: Linearised
+    point: FloatArray
+
+    def __call__(self, point: FloatArray) -> Information:
+        """Itself, as high as it is at the point."""
+        precision, information = self.loop.precision, self.loop.information
+        gained = (point - self.point) @ (information - 0.5 * precision @ (point + self.point))
+        return Information(precision, information, self.loop.log_likelihood + float(gained))
+
+
+@dataclass(frozen=True)
+class _Node:
+    """A joint mode (tests, n) given its place, and the log density of that."""
+
+    place: float
+    points: FloatArray
+    height: float
+
+
+@dataclass(frozen=True)
+class _Held:
+    """The trend's prior with the place held; `share` as in `RidgePath`."""
+
+    prior: JointPrior
+    share: FloatArray
+    strength: float
+
+    def node(self, mode: JointMode, place: float) -> _Node:
+        """A mode that was climbed to with this place."""
+        middle = self.share @ self.prior.mean.ravel()
+        variance = self.share @ np.linalg.solve(self.prior.precision, self.share)
+        height = laplace_evidence(mode, self.at(place)) - 0.5 * (place - middle) ** 2 / variance
+        return _Node(float(self.share @ mode.points.ravel()), mode.points, float(height))
+
+    def at(self, place: float) -> JointPrior:
+        """The prior given the place."""
+        prior, share = self.prior, self.share
+        precision = prior.precision + self.strength * np.outer(share, share)
+        pull = prior.precision @ prior.mean.ravel() + self.strength * place * share
+        mean = np.asarray(np.linalg.solve(precision, pull)).reshape(prior.mean.shape)
+        return JointPrior(mean, precision)
+
+
+def _path(
+    step: GaussianStep, loops: Sequence[Linearises], held: _Held, mode: JointMode, spread: float
+) -> RidgePath | None:
+    """Path from the joint mode, its place so wide by Laplace's method; None where it does not go.
+
+    Parameters
+    ----------
+    step : of all tests
+    loops : of the tests
+    held : the trend's prior by place
+    mode : of loops and trend
+    spread : of the place
+    """
+    share = held.share
+    first = held.node(mode, float(share @ mode.points.ravel()))
+    down, up = (_one_way(loops, held, first, way * spread) for way in (-1.0, 1.0))
+    nodes = [*down[::-1], first, *up]
+    tangents = np.stack([step.on_tangents(node.points).ravel() for node in nodes])
+    rising = _rising(tangents @ share, len(down), _RISE * spread)
+    if rising.stop - rising.start < 2:
+        return None
+    tangents, heights = tangents[rising], np.array([node.height for node in nodes[rising]])
+    places = tangents @ share
+    # Each mode stands for the places that are nearer to it than to another.
+    weight = np.exp(heights - heights.max()) * np.gradient(places)
+    middle = weight @ places / weight.sum()
+    wide = float(np.sqrt(weight @ (places - middle) ** 2 / weight.sum()))
+    return RidgePath(share, places, tangents, max(wide, spread))
+
+
+def _one_way(loops: Sequence[Linearises], held: _Held, first: _Node, spread: float) -> list[_Node]:
+    """Modes from the first one outwards, each climbed to from where the last two point."""
+    found, before, here, top = list[_Node](), first, first, first.height
+    stride = _STRIDE * spread
+    for _ in range(_STRIDES):
+        place, start = here.place + stride, here.points
+        if before is not here:
+            further = (place - here.place) / (here.place - before.place)
+            start = start + further * (start - before.points)
+        there = held.node(climb(loops, start, held.at(place), _STEPS), place)
+        if there.height < here.height - _FALL and abs(stride) > _SHORTEST * abs(spread):
+            stride /= 2  # it went astray, or the path ends before
+            continue
+        found.append(there)
+        before, here, top = here, there, max(top, there.height)
+        stride *= _GROWTH
+        if there.height < top - _FALL or len(found) == _MODES:
+            break
+    return found
+
+
+def _rising(places: FloatArray, middle: int, least: float) -> slice:
+    """Stretch about the middle along which places rise; what is not finite does not."""
+    with np.errstate(invalid="ignore"):
+        rises = np.diff(places) > least
+    first = last = middle
+    while first > 0 and rises[first - 1]:
+        first -= 1
+    while last < len(rises) and rises[last]:
+        last += 1
+    return slice(first, last + 1)

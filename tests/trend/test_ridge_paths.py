@@ -1,0 +1,105 @@
+"""Paths of joint modes: straight for Gaussians, along the ridge for loops, volumes unchanged."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hdprog.physics.parameters import NAMES
+from hdprog.trend import ridge_paths as module
+from hdprog.trend.ridge_map import onto_ridges
+from hdprog.trend.ridge_paths import RidgePath, RidgePaths, _rising, _Still, ridge_paths
+from hdprog.trend.wear_coordinates import to_loop
+from tests.trend.two_tests import FIXED, Problem, step_covariance, two_tests
+
+K_F = NAMES.index("K_F")
+SEVERAL = 3.0  # spreads
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    return two_tests()
+
+
+@pytest.fixture(scope="module")
+def paths(problem: Problem) -> RidgePaths:
+    return ridge_paths(problem.step, FIXED[0])
+
+
+def of_cups(paths: RidgePaths) -> RidgePath:
+    return next(path for path in paths.together if path.share.reshape(2, -1)[:, K_F].any())
+
+
+def test_a_shift_changes_the_place_by_what_is_asked_and_back_again(paths: RidgePaths) -> None:
+    rng = np.random.default_rng(1)
+    for path in (*paths.together, *paths.single):
+        states = path.tangents[0] + 0.3 * rng.standard_normal((20, path.share.size))
+        states = states.reshape(20, 2, -1)
+        by = 4.0 * path.spread * rng.standard_normal(20)
+        there = states + path.shifts(states, by)
+        gone = (there - states).reshape(20, -1) @ path.share
+        assert gone == pytest.approx(by, abs=1e-9)
+        assert there + path.shifts(there, -by) == pytest.approx(states, abs=1e-9)
+
+
+def test_a_shift_leaves_volumes_as_they_are(paths: RidgePaths) -> None:
+    path = of_cups(paths)
+    state = path.tangents.mean(axis=0) + 0.1
+    steps = 1e-6 * np.eye(state.size)
+    around = np.concatenate([state + steps, state - steps]).reshape(-1, 2, 8)
+    moved = around + path.shifts(around, np.full(len(around), 1.3 * path.spread))
+    plus, minus = np.split(moved.reshape(len(around), -1), 2)
+    assert abs(np.linalg.det((plus - minus) / 2e-6)) == pytest.approx(1.0, abs=1e-6)
+
+
+def heights(problem: Problem, states: np.ndarray) -> np.ndarray:
+    """Log posterior of loops and trend, own numbers at their best, of tangents (draws, 2, 8)."""
+    met, _ = onto_ridges([test.ridge for test in problem.step.tests], states)
+    off = (met - problem.prior.mean).reshape(len(met), -1)
+    found = -0.5 * np.einsum("di,ij,dj->d", off, problem.prior.precision, off)
+    for number, test in enumerate(problem.tests):
+        found = found + [test.linearise(to_loop(one)).log_likelihood for one in met[:, number]]
+    return found
+
+
+def test_along_the_path_of_the_cups_one_stays_on_the_ridge(
+    problem: Problem, paths: RidgePaths
+) -> None:
+    """Three spreads away the posterior has fallen by what spreads are; straight on, farther."""
+    path = of_cups(paths)
+    start = np.stack([test.point for test in problem.step.tests])[None]
+    by = np.array([-SEVERAL, SEVERAL]) * path.spread
+    bent = np.repeat(start, 2, axis=0)
+    bent = bent + path.shifts(bent, by)
+    covariance = step_covariance(problem)
+    way = (covariance @ path.share / (path.share @ covariance @ path.share)).reshape(2, 8)
+    straight = start + by[:, None, None] * way
+    top = heights(problem, start)
+    fallen, fallen_straight = top - heights(problem, bent), top - heights(problem, straight)
+    assert (fallen < SEVERAL**2).all()
+    assert (fallen_straight > 1.5 * fallen).all()
+
+
+def test_of_gaussian_loops_it_is_the_straight_line_of_regression(
+    problem: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tests = [
+        replace(one, exact=None, evidence=_Still(one.loop, one.point)) for one in problem.step.tests
+    ]
+    monkeypatch.setattr(module, "linearise", lambda still, point: still(point))
+    path = of_cups(ridge_paths(replace(problem.step, tests=tuple(tests)), FIXED[0]))
+    covariance = step_covariance(problem)
+    spread = float(np.sqrt(path.share @ covariance @ path.share))
+    way = covariance @ path.share / spread**2
+    assert path.spread == pytest.approx(spread, rel=0.1)
+    gone = np.diff(path.tangents, axis=0) / np.diff(path.places)[:, None]
+    assert np.abs(gone - way).max() < 0.01 * np.abs(way).max()
+
+
+def test_a_path_ends_where_its_place_turns_back() -> None:
+    places = np.array([3.0, 1.0, 2.0, 4.0, 5.0, 4.5])
+    assert _rising(places, 2, 0.1) == slice(1, 5)
+    assert _rising(np.array([1.0, 1.01, 1.02]), 1, 0.1) == slice(1, 2)
+    assert _rising(np.array([1.0, np.nan, 2.0, 3.0]), 2, 0.1) == slice(2, 4)
