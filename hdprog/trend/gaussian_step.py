@@ -205,11 +205,37 @@ class GaussianStep:
         inside = np.isfinite(weight) & possible(met).all(axis=1)
         return np.where(inside, weight, -np.inf), met
 
+    def log_weight_of(
+        self, number: int, states: FloatArray, own: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """One test's part of log w (draws,), and what it met (draws, n).
+
+        Beside the parts there is what the trend says of all: p(y | h)/p(u | h).
+
+        Parameters
+        ----------
+        number : of the test
+        states : (draws, n) on its tangent
+        own : (draws, k) numbers of its own
+        """
+        test = self.tests[number]
+        if test.exact is None:
+            return np.where(possible(states), 0.0, -np.inf), states
+        met, log_slope = (each[:, 0] for each in onto_ridges([test.ridge], states[:, None]))
+        off = states - test.point
+        weight = log_slope + test.log_ratio_of_own(off, to_loop(met), own)
+        weight -= np.sum(off * (self._steep[number] - 0.5 * off @ test.loop.precision), axis=1)
+        inside = np.isfinite(weight) & possible(met)
+        return np.where(inside, weight, -np.inf), met
+
     def on_tangents(self, met: FloatArray) -> FloatArray:
         """States (tests, n) on the tangents that stand for what the tests met (tests, n)."""
         each = zip(self.tests, met, strict=True)
         return np.stack(
-            [one if test.exact is None else test.ridge.tangent_of(one) for test, one in each]
+            [
+                one if test.exact is None else test.ridge.tangents_of(one[None])[0]
+                for test, one in each
+            ]
         )
 
     def _onto_ridges(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -7,7 +7,8 @@ step has them, and others under the same states, as the trend has them: where nu
 states let go (interweaving, Yu & Meng, J. Comput. Graph. Stat. 20 (2011) 531). And it shifts
 tests by Metropolis steps: no loop knows where on its ridge it lies, and a slice in all dimensions
 at once hardly moves there; chains without shifts agree with each other and are too narrow. They go
-along paths of joint modes (see `ridge_paths`); and by how far two other chains lie apart, in the
+along paths of joint modes (see `ridge_paths`); from a threshold of the teeth to another (see
+`threshold_jump`); and by how far two other chains lie apart, in the
 ridge coordinates of cup and teeth or of friction, test by test or in the mean of all, or in
 everything.
 """
@@ -20,23 +21,27 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hdprog.physics.parameters import FloatArray
+from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.elliptical_slice import between, turned
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.gaussian_step import GaussianStep, Tangents, Test
 from hdprog.trend.hyperparameters import HyperparameterDraws
 from hdprog.trend.ridge_frames import parts
-from hdprog.trend.ridge_paths import RidgePath, RidgePaths
+from hdprog.trend.ridge_paths import RidgePath
+from hdprog.trend.threshold_jump import jumped
 from hdprog.trend.trend_density import believed
 from hdprog.trend.wear_coordinates import to_loop
 from hdprog.trend.written_out import WrittenOut, with_rows
 
+_T_T = NAMES.index("T_T")
 _WARM_UP, _WEIGHING = 20, 10  # sweeps, and those until all of the weight counts
 _FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
 _LEARN = 5  # sweeps
 _FRESH = 4  # sweeps from one offer of fresh numbers to the next
 _LONG = np.array([0.5, 1.5, 5.0])  # strides along a path, in spreads of its place
-_SINGLE, _FOLLOWED = 2, 1  # paths of single tests, and shifts by other chains, that a sweep takes
+_JUMPS = np.array([1.0, 3.0, 6.0])  # of a threshold, in its wear coordinate
+_NEAR_NONE = 3.0  # spreads of the Gaussian step, from where a threshold is all but none
+_FOLLOWED = 1  # how many shifts by other chains a sweep takes
 _VARIED = 2  # how often a sweep varies the hyperparameters under the same states
 _STEP = np.array([0.15, 0.4, 0.8])  # of two draws' difference; a Gaussian's best is 0.56
 _ALONE = np.array([0.5, 1.5])  # the same of one hyperparameter alone, in its prior's spreads
@@ -67,7 +72,7 @@ class Chains:
         start: Tangents,
         groups: int,
         rng: np.random.Generator,
-        paths: RidgePaths,
+        paths: Sequence[RidgePath] = (),
     ) -> None:
         self._step, self._draws, self._rng, self._paths = step, draws, rng, paths
         self.groups, self.sweeps, self._share = groups, 0, 1.0
@@ -77,6 +82,8 @@ class Chains:
         self._weight, self.met = self._at.log_weight(start)
         maps, size = [test.ridge for test in step.tests], start.states.shape[-1]
         self._parts = parts(maps, size)
+        low = self._at.centre - _NEAR_NONE * self._at.spread
+        self._may_have_none = np.flatnonzero(np.median(low, axis=0)[_T_T::size] < 0.0).tolist()
         self._stride = np.full(len(self._parts), _STRIDE / np.sqrt(2.0 * start.states[0].size))
 
     def warm_up(self) -> None:
@@ -104,9 +111,10 @@ class Chains:
             self._offer(np.arange(len(fresh)), self.deviates, self._at, fresh)
         for _ in range(_VARIED):
             self._vary_hyperparameters()
-        single = self._rng.permutation(len(self._paths.single))[:_SINGLE]
-        for path in (*self._paths.together, *(self._paths.single[one] for one in single)):
+        for path in self._paths:
             self._go_along(path)
+        for test in self._may_have_none:
+            self._jump(test)
         for place in self._rng.permutation(len(self._parts))[:_FOLLOWED]:
             taken = self._follow_others(place)
             if self.sweeps < _WARM_UP:
@@ -183,6 +191,33 @@ class Chains:
         rng, count = self._rng, len(self.deviates)
         by = path.spread * rng.choice(_LONG, count) * rng.standard_normal(count)
         return self._go(np.arange(count), path.shifts(self._tangents.states, by))
+
+    def _jump(self, place: int) -> float:
+        """Let one test's threshold jump; the share of chains where it does."""
+        rng, count, test, here = (
+            self._rng,
+            len(self.deviates),
+            self._step.tests[place],
+            self._tangents,
+        )
+        by = rng.choice(_JUMPS, count) * rng.standard_normal(count)
+        states, met = here.states.copy(), self.met.copy()
+        states[:, place], volume = jumped(test.ridge, here.states[:, place], by)
+        own = test.own.draw(states[:, place] - test.point, self._numbers[:, self._own[place]])
+        weight, met[:, place] = self._step.log_weight_of(place, states[:, place], own)
+        before, _ = self._step.log_weight_of(place, here.states[:, place], here.nuisances[place])
+        with np.errstate(all="ignore"):
+            trend = self._at.log_trend(np.stack([met, states, self.met, here.states]))
+            change = weight - before + trend[0] - trend[1] - trend[2] + trend[3]
+        numbers = self._numbers.copy()
+        numbers[:, : self._at.size] = self._at.numbers_of_states(states)
+        gained = self._share * change + volume + _log_normal(numbers) - _log_normal(self._numbers)
+        rows = np.flatnonzero(np.log(rng.uniform(size=count)) < gained)
+        nuisances = [*here.nuisances]
+        nuisances[place] = own
+        there = Tangents(states, tuple(nuisances)).rows(rows)
+        self._take(rows, numbers[rows], there, (self._weight + change)[rows], met[rows])
+        return len(rows) / count
 
     def _follow_others(self, place: int) -> float:
         """Shift all tests by a part of how far two other chains of the group lie apart.

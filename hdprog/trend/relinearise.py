@@ -7,9 +7,8 @@ puts them, by damped Gauss-Newton steps on loops and trend at once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -23,10 +22,6 @@ _TOLERANCE = 0.05  # next step in posterior spreads, per number, at which the cl
 _STUCK = 0.15  # the same where no step climbs any more: friction's kinks leave the ground rough
 _LARGEST_MOVE = 2.0  # of a coordinate in one step
 _TRIALS = 12
-
-
-Linearises = Callable[[FloatArray], Linearised]
-"""A loop in wear coordinates, linearised at any point (n,)."""
 
 
 @dataclass(frozen=True)
@@ -87,15 +82,8 @@ def joint_mode(
     prior : of the coordinates, from the trend
     largest_steps : bound on the number of steps
     """
-    return climb([partial(linearise, test) for test in tests], start, prior, largest_steps)
-
-
-def climb(
-    linearised: Sequence[Linearises], start: FloatArray, prior: JointPrior, largest_steps: int
-) -> JointMode:
-    """As `joint_mode` does, of loops that may be any."""
     points = start.copy()
-    loops = [at(point) for at, point in zip(linearised, points, strict=True)]
+    loops = [linearise(test, point) for test, point in zip(tests, points, strict=True)]
     height = _height(loops, points, prior)
     damping = 0.0
     for number in range(largest_steps + 1):
@@ -108,7 +96,7 @@ def climb(
             move = np.linalg.solve(precision + damping * np.diag(np.diag(precision)), slope)
             move *= min(1.0, _LARGEST_MOVE / float(np.max(np.abs(move))))
             trial = points + move.reshape(points.shape)
-            trial_loops = [at(point) for at, point in zip(linearised, trial, strict=True)]
+            trial_loops = [linearise(test, point) for test, point in zip(tests, trial, strict=True)]
             trial_height = _height(trial_loops, trial, prior)
             if trial_height > height:
                 points, loops, height = trial, trial_loops, trial_height

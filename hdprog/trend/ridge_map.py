@@ -58,19 +58,20 @@ class RidgeMap:
             other[:_COUNT] = from_loop(found)[0]
         return other
 
-    def tangent_of(self, met: FloatArray) -> FloatArray:
-        """Point (n,) of the tangent that stands for wear coordinates (n,); see `onto_ridges`.
+    def tangents_of(self, met: FloatArray) -> FloatArray:
+        """Points of the tangent that stand for wear coordinates, (draws, n); see `onto_ridges`.
 
-        The point itself without a ridge; not finite where it lies on none.
+        Without a ridge these themselves; not finite where they lie on none.
         """
-        tangent = met.copy()
-        if self.inverse is not None:
-            centre, _ = self.ridge
-            own = to_loop(met)[None, :_COUNT]
-            with np.errstate(all="ignore"):
-                flat = from_unconstrained(own, self.alpha, self.softplus_scale)[0]
-                tangent[:_COUNT] = self.point[:_COUNT] + self.inverse @ (flat - centre)
-        return tangent
+        if self.inverse is None:
+            return met
+        centre, _ = self.ridge
+        tangents = met.copy()
+        with np.errstate(all="ignore"):
+            own = to_loop(met)[:, :_COUNT]
+            flat = from_unconstrained(own, self.alpha, self.softplus_scale)
+            tangents[:, :_COUNT] = self.point[:_COUNT] + (flat - centre) @ self.inverse.T
+        return tangents
 
     @cached_property
     def ridge(self) -> tuple[FloatArray, FloatArray]:

@@ -1,46 +1,38 @@
-"""Paths along which tests may go far, bent as the posterior of loops and trend is.
+"""Paths along which all tests may go together, bent as the posterior of loops and trend is.
 
 No loop tells how cup and teeth share the compliance, or preload and friction their product, and
 the trend holds the tests together: what they leave open all tests have in common. Along it the
-posterior is many spreads long and bent, and a straight shift of all tests soon leaves it. Where a
-test may have met its teeth at no torque at all, its threshold alone is as far from known.
-
-A path is made of the joint modes of loops and trend given its place: the mean of one coordinate
-over all tests, or the threshold of one. From a state x with place κ to κ' the shift is
-M(κ') − M(κ), M the modes joined by straight pieces. The place is linear in x and the shift hangs
-on nothing else: volumes stay as they are.
+posterior is many spreads long and bent, and a straight shift of all tests soon leaves it. A path
+is made of the joint modes of loops and trend given the mean of one coordinate over all tests, its
+place. From a state x with place κ to κ' the shift is M(κ') − M(κ), M the modes joined by straight
+pieces. The place is linear in x and the shift hangs on nothing else: volumes stay as they are.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from hdprog.physics.parameters import NAMES, FloatArray
-from hdprog.trend.evidence import Linearised
+from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.gaussian_step import GaussianStep
 from hdprog.trend.relinearise import (
     JointMode,
     JointPrior,
-    Linearises,
-    climb,
+    joint_mode,
     joint_precision,
     laplace_evidence,
 )
-from hdprog.trend.wear_coordinates import Information, linearise
 
-_T_T = NAMES.index("T_T")
-_IN_COMMON = ("K_F", "a", "T_T", "c", "T_i", "mu")
+_LEFT_OPEN = ("K_F", "a", "T_T", "c", "T_i", "mu")
 _HELD = 100.0  # spreads of a place's own within one of which it is held
 _STRIDE, _GROWTH = 0.8, 1.25  # from mode to mode, in spreads of the place by Laplace's method
 _SHORTEST = 0.15  # of them, below which a stride is not halved any more
 _MODES, _STRIDES = 8, 12  # on either side of the joint mode, and strides to find them at most
 _STEPS, _FIRST_STEPS = 3, 10  # of each climb, and of the first
 _FALL = 6.0  # of the log evidence, where a path ends
-_NEAR_NOTHING = 3.0  # spreads from where a test's threshold is all but none
 _RISE = 1e-3  # of the place from one mode to the next, in spreads: a path does not turn back
 
 
@@ -76,49 +68,22 @@ class RidgePath:
         )
 
 
-@dataclass(frozen=True)
-class RidgePaths:
-    """Paths of all tests together, and of single ones."""
-
-    together: tuple[RidgePath, ...] = ()
-    single: tuple[RidgePath, ...] = ()
-
-
-def ridge_paths(step: GaussianStep, deviates: FloatArray) -> RidgePaths:
+def ridge_paths(step: GaussianStep, deviates: FloatArray) -> tuple[RidgePath, ...]:
     """Paths of what loops leave open; hyperparameters' deviates (k,) are held meanwhile."""
-    loops = [partial(linearise, test.evidence) for test in step.tests]
+    tests = [test.evidence for test in step.tests]
     steps, scatter = step.steps_of(deviates[None])
     prior = JointPrior.of(steps, float(scatter[0]), step.wear_prior.scales)
-    mode = climb(loops, np.stack([test.point for test in step.tests]), prior, _FIRST_STEPS)
+    mode = joint_mode(tests, np.stack([test.point for test in step.tests]), prior, _FIRST_STEPS)
     covariance = np.linalg.inv(joint_precision(mode, prior))
-    still = [_Still(*both) for both in zip(mode.loops, mode.points, strict=True)]
-    numbers = np.eye(prior.mean.size).reshape(*prior.mean.shape, -1)
-
-    def path(some: Sequence[Linearises], share: FloatArray) -> RidgePath | None:
+    found = []
+    for name in _LEFT_OPEN:
+        each = np.zeros(prior.mean.shape)
+        each[:, NAMES.index(name)] = 1.0 / len(each)
+        share = each.ravel()
         spread = float(np.sqrt(share @ covariance @ share))
-        return _path(step, some, _Held(prior, share, (_HELD / spread) ** 2), mode, spread)
-
-    together = [path(loops, numbers[:, NAMES.index(name)].mean(axis=0)) for name in _IN_COMMON]
-    single = []
-    for place, share in enumerate(numbers[:, _T_T]):
-        if share @ mode.points.ravel() < _NEAR_NOTHING * np.sqrt(share @ covariance @ share):
-            # The others hardly move, and need not be linearised anew.
-            single.append(path([*still[:place], loops[place], *still[place + 1 :]], share))
-    return RidgePaths(*(tuple(one for one in some if one) for some in (together, single)))
-
-
-@dataclass(frozen=True)
-class _Still:
-    """A loop that stays linearised at one point (n,)."""
-
-    loop: Linearised
-    point: FloatArray
-
-    def __call__(self, point: FloatArray) -> Information:
-        """Itself, as high as it is at the point."""
-        precision, information = self.loop.precision, self.loop.information
-        gained = (point - self.point) @ (information - 0.5 * precision @ (point + self.point))
-        return Information(precision, information, self.loop.log_likelihood + float(gained))
+        held = _Held(prior, share, (_HELD / spread) ** 2)
+        found.append(_path(step, tests, held, mode, spread))
+    return tuple(path for path in found if path is not None)
 
 
 @dataclass(frozen=True)
@@ -155,21 +120,21 @@ class _Held:
 
 
 def _path(
-    step: GaussianStep, loops: Sequence[Linearises], held: _Held, mode: JointMode, spread: float
+    step: GaussianStep, tests: Sequence[LoopEvidence], held: _Held, mode: JointMode, spread: float
 ) -> RidgePath | None:
     """Path from the joint mode, its place so wide by Laplace's method; None where it does not go.
 
     Parameters
     ----------
     step : of all tests
-    loops : of the tests
+    tests : in order
     held : the trend's prior by place
     mode : of loops and trend
     spread : of the place
     """
     share = held.share
     first = held.node(mode, float(share @ mode.points.ravel()))
-    down, up = (_one_way(loops, held, first, way * spread) for way in (-1.0, 1.0))
+    down, up = (_one_way(tests, held, first, way * spread) for way in (-1.0, 1.0))
     nodes = [*down[::-1], first, *up]
     tangents = np.stack([step.on_tangents(node.points).ravel() for node in nodes])
     rising = _rising(tangents @ share, len(down), _RISE * spread)
@@ -184,7 +149,9 @@ def _path(
     return RidgePath(share, places, tangents, max(wide, spread))
 
 
-def _one_way(loops: Sequence[Linearises], held: _Held, first: _Node, spread: float) -> list[_Node]:
+def _one_way(
+    tests: Sequence[LoopEvidence], held: _Held, first: _Node, spread: float
+) -> list[_Node]:
     """Modes from the first one outwards, each climbed to from where the last two point."""
     found, before, here, top = list[_Node](), first, first, first.height
     stride = _STRIDE * spread
@@ -193,7 +160,7 @@ def _one_way(loops: Sequence[Linearises], held: _Held, first: _Node, spread: flo
         if before is not here:
             further = (place - here.place) / (here.place - before.place)
             start = start + further * (start - before.points)
-        there = held.node(climb(loops, start, held.at(place), _STEPS), place)
+        there = held.node(joint_mode(tests, start, held.at(place), _STEPS), place)
         if there.height < here.height - _FALL and abs(stride) > _SHORTEST * abs(spread):
             stride /= 2  # it went astray, or the path ends before
             continue

@@ -47,6 +47,11 @@ def from_loop(loop: FloatArray) -> FloatArray:
     return wear
 
 
+def mesh_threshold(wear: FloatArray, softplus_scale: float) -> FloatArray:
+    """T_T (...) in Nm of wear coordinates (..., n); the scale, in Nm, is the loops'."""
+    return np.asarray(_SOFTPLUS.from_coordinate(wear[..., _T_T], softplus_scale / _SHARPER))
+
+
 def slope(wear: FloatArray) -> FloatArray:
     """Differentiate the loop's coordinates by the wear coordinates; (..., n) each."""
     found = np.ones_like(wear)

@@ -88,6 +88,11 @@ class WrittenOut:
         """How many standard normal numbers a draw takes."""
         return self.size + sum(test.own.mean.size for test in self.step.tests)
 
+    @property
+    def spread(self) -> FloatArray:
+        """(draws, N) standard deviation of each of the states' numbers."""
+        return np.asarray(np.sqrt(np.sum(self.root**2, axis=1)))
+
     def tangents(self, numbers: FloatArray) -> Tangents:
         """Draws from standard normal numbers (draws, numbers); their centre from zeros."""
         of_states = numbers[:, : self.size]

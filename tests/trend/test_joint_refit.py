@@ -147,6 +147,19 @@ def test_paths_that_do_not_leave_volumes_as_they_are_would_be_noticed(
     assert ratio.min() < 0.85
 
 
+def test_jumps_of_thresholds_lead_to_the_same(
+    problem: Problem, reference: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of thresholds that are well known here, so that they jump less far than else."""
+    monkeypatch.setattr(joint_chains, "_NEAR_NONE", 1e6)
+    monkeypatch.setattr(joint_chains, "_JUMPS", np.array([0.05, 0.2]))
+    found = sampled(problem, monkeypatch).measured
+    shift, ratio = shifts_and_ratios(found.reshape(len(found), -1), reference)
+    assert shift.max() < 0.1
+    assert ratio.min() > 0.93
+    assert ratio.max() < 1.07
+
+
 def test_teeth_stiffer_than_they_can_be_have_no_weight(
     problem: Problem, monkeypatch: pytest.MonkeyPatch
 ) -> None:

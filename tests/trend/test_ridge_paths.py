@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from hdprog.physics.parameters import NAMES
-from hdprog.trend import ridge_paths as module
+from hdprog.trend import relinearise
+from hdprog.trend.evidence import Linearised
 from hdprog.trend.ridge_map import onto_ridges
-from hdprog.trend.ridge_paths import RidgePath, RidgePaths, _rising, _Still, ridge_paths
-from hdprog.trend.wear_coordinates import to_loop
+from hdprog.trend.ridge_paths import RidgePath, _rising, ridge_paths
+from hdprog.trend.wear_coordinates import Information, to_loop
 from tests.trend.two_tests import FIXED, Problem, step_covariance, two_tests
 
 K_F = NAMES.index("K_F")
@@ -24,17 +25,19 @@ def problem() -> Problem:
 
 
 @pytest.fixture(scope="module")
-def paths(problem: Problem) -> RidgePaths:
+def paths(problem: Problem) -> tuple[RidgePath, ...]:
     return ridge_paths(problem.step, FIXED[0])
 
 
-def of_cups(paths: RidgePaths) -> RidgePath:
-    return next(path for path in paths.together if path.share.reshape(2, -1)[:, K_F].any())
+def of_cups(paths: tuple[RidgePath, ...]) -> RidgePath:
+    return next(path for path in paths if path.share.reshape(2, -1)[:, K_F].any())
 
 
-def test_a_shift_changes_the_place_by_what_is_asked_and_back_again(paths: RidgePaths) -> None:
+def test_a_shift_changes_the_place_by_what_is_asked_and_back_again(
+    paths: tuple[RidgePath, ...],
+) -> None:
     rng = np.random.default_rng(1)
-    for path in (*paths.together, *paths.single):
+    for path in paths:
         states = path.tangents[0] + 0.3 * rng.standard_normal((20, path.share.size))
         states = states.reshape(20, 2, -1)
         by = 4.0 * path.spread * rng.standard_normal(20)
@@ -44,7 +47,7 @@ def test_a_shift_changes_the_place_by_what_is_asked_and_back_again(paths: RidgeP
         assert there + path.shifts(there, -by) == pytest.approx(states, abs=1e-9)
 
 
-def test_a_shift_leaves_volumes_as_they_are(paths: RidgePaths) -> None:
+def test_a_shift_leaves_volumes_as_they_are(paths: tuple[RidgePath, ...]) -> None:
     path = of_cups(paths)
     state = path.tangents.mean(axis=0) + 0.1
     steps = 1e-6 * np.eye(state.size)
@@ -65,7 +68,7 @@ def heights(problem: Problem, states: np.ndarray) -> np.ndarray:
 
 
 def test_along_the_path_of_the_cups_one_stays_on_the_ridge(
-    problem: Problem, paths: RidgePaths
+    problem: Problem, paths: tuple[RidgePath, ...]
 ) -> None:
     """Three spreads away the posterior has fallen by what spreads are; straight on, farther."""
     path = of_cups(paths)
@@ -82,13 +85,17 @@ def test_along_the_path_of_the_cups_one_stays_on_the_ridge(
     assert (fallen_straight > 1.5 * fallen).all()
 
 
+def linearised(loop: Linearised, point: np.ndarray) -> Information:
+    """A Gaussian loop itself, as high as it is at the point."""
+    height = point @ (loop.information - 0.5 * loop.precision @ point)
+    return Information(loop.precision, loop.information, float(height))
+
+
 def test_of_gaussian_loops_it_is_the_straight_line_of_regression(
     problem: Problem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tests = [
-        replace(one, exact=None, evidence=_Still(one.loop, one.point)) for one in problem.step.tests
-    ]
-    monkeypatch.setattr(module, "linearise", lambda still, point: still(point))
+    tests = [replace(one, exact=None, evidence=one.loop) for one in problem.step.tests]
+    monkeypatch.setattr(relinearise, "linearise", linearised)
     path = of_cups(ridge_paths(replace(problem.step, tests=tuple(tests)), FIXED[0]))
     covariance = step_covariance(problem)
     spread = float(np.sqrt(path.share @ covariance @ path.share))

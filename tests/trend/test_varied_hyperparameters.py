@@ -15,7 +15,6 @@ from hdprog.trend import gaussian_step
 from hdprog.trend.evidence import Linearised
 from hdprog.trend.hyperparameters import HyperparameterDraws, sample, starting_walkers
 from hdprog.trend.joint_chains import Chains
-from hdprog.trend.ridge_paths import RidgePaths
 from hdprog.trend.state_space import HYPERPARAMETERS
 from hdprog.trend.trend_density import density
 from hdprog.trend.wear_coordinates import from_loop
@@ -64,7 +63,7 @@ def varied(
     deviates = np.repeat(FIXED, CHAINS, axis=0)
     at = WrittenOut.of(step, deviates)
     start = at.tangents(rng.standard_normal((CHAINS, at.numbers)))
-    chains = Chains(step, known, deviates, start, 4, rng, RidgePaths())
+    chains = Chains(step, known, deviates, start, 4, rng)
     found = []
     for number in range(DROPPED + KEPT):
         chains.sweep()

@@ -97,6 +97,21 @@ def test_the_trend_s_density_is_that_of_its_gaussian(
     np.testing.assert_allclose(only[0], found[0, some])
 
 
+def test_the_weight_is_that_of_all_tests_parts_and_the_trend_s(
+    step: GaussianStep, deviates: np.ndarray
+) -> None:
+    at = WrittenOut.of(step, deviates)
+    _, tangents = drawn(at, 7)
+    weight, met = at.log_weight(tangents)
+    on_ridges, on_tangents = at.log_trend(np.stack([met, tangents.states]))
+    found = on_ridges - on_tangents
+    for number, own in enumerate(tangents.nuisances):
+        part, one = step.log_weight_of(number, tangents.states[:, number], own)
+        np.testing.assert_allclose(one, met[:, number])
+        found = found + part
+    np.testing.assert_allclose(found, weight, rtol=1e-6, atol=1e-5)
+
+
 def test_some_draws_are_another_s(step: GaussianStep, deviates: np.ndarray) -> None:
     one, other = WrittenOut.of(step, deviates), WrittenOut.of(step, deviates[::-1])
     mixed = one.having(np.array([0, 4]), other, np.array([2, 3]))
