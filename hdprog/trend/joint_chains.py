@@ -1,7 +1,7 @@
 """Chains over all loops and the trend together.
 
-The prior of a chain is the Gaussian step, its likelihood that step's weight. A sweep turns what is
-each test's own, test by test, and then all states by elliptical slices (Murray, Adams & MacKay,
+The prior of a chain is the Gaussian step, its likelihood that step's weight. A sweep turns test
+after test, given all others, and then all states by elliptical slices (Murray, Adams & MacKay,
 AISTATS 2010); takes other hyperparameters under the same numbers z, or another z, as the Gaussian
 step has them, and others under the same states, as the trend has them: where numbers hold one the
 states let go (interweaving, Yu & Meng, J. Comput. Graph. Stat. 20 (2011) 531). And it shifts
@@ -24,13 +24,12 @@ from numpy.typing import NDArray
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.elliptical_slice import between, turned
 from hdprog.trend.exact_likelihood import Nuisances
-from hdprog.trend.gaussian_step import GaussianStep, Tangents, Test
+from hdprog.trend.gaussian_step import GaussianStep, Tangents
 from hdprog.trend.hyperparameters import HyperparameterDraws
 from hdprog.trend.ridge_frames import parts
 from hdprog.trend.ridge_paths import RidgePath
 from hdprog.trend.threshold_jump import jumped
 from hdprog.trend.trend_density import believed
-from hdprog.trend.wear_coordinates import to_loop
 from hdprog.trend.written_out import WrittenOut, with_rows
 
 _T_T = NAMES.index("T_T")
@@ -101,8 +100,9 @@ class Chains:
         self._share = 1.0
 
     def sweep(self) -> None:
-        """Turn what is each test's own, then the states; offer and vary others; shift the tests."""
-        self._turn_own()
+        """Turn every test, then all; offer and vary hyperparameters; shift the tests."""
+        for test in range(len(self._step.tests)):
+            self._turn_test(test)
         self._turn_states()
         self._offer_others()
         if self.sweeps % _FRESH == 0:
@@ -136,32 +136,42 @@ class Chains:
         self._at = replace(self._at, step=self._step)
         self._weight, self.met = self._at.log_weight(here)
 
-    def _turn_own(self) -> None:
-        """Every test by itself: for given states the weight is a product over the tests."""
-        nuisances = list(self._tangents.nuisances)
-        for place, test in enumerate(self._step.tests):
-            if test.exact is not None and test.own.mean.size:
-                nuisances[place] = self._own_turned(place, test)
-        self._tangents = replace(self._tangents, nuisances=tuple(nuisances))
+    def _turn_test(self, place: int) -> None:
+        """One test's state and own numbers, which the Gaussian step has given all others."""
+        rng, at, here, test = self._rng, self._at, self._tangents, self._step.tests[place]
+        states, met, nuisances = here.states[:, place], self.met[:, place], here.nuisances[place]
+        chains, count = states.shape
+        block, own = slice(place * count, (place + 1) * count), self._own[place]
+        centre, away = at.given_others(block, states, self._numbers[:, : at.size], rng)
+        off = states - centre
+        old, other = self._numbers[:, own], rng.standard_normal(nuisances.shape)
+        trend = at.trend_of(block, np.stack([self.met, here.states]))
 
-    def _own_turned(self, place: int, test: Test) -> FloatArray:
-        own, off = self._own[place], self._tangents.states[:, place] - test.point
-        loop = to_loop(self.met[:, place])
-        old, nuisances = self._numbers[:, own], self._tangents.nuisances[place]
-        other = self._rng.standard_normal(old.shape)
+        def weighed(
+            rows: NDArray[np.intp], there: FloatArray, nuisances: FloatArray
+        ) -> tuple[FloatArray, FloatArray]:
+            weight, found = self._step.log_weight_of(place, there, nuisances)
+            with np.errstate(all="ignore"):
+                bent, straight = trend(rows, np.stack([found - met[rows], there - states[rows]]))
+                weight = weight + bent - straight
+            weight = np.where(np.isnan(weight), -np.inf, weight)
+            return weight, np.hstack([there, found, nuisances])
 
         def at_angles(rows: NDArray[np.intp], angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+            there = centre[rows] + between(off[rows], away[rows], angle)
             numbers = between(old[rows], other[rows], angle)
-            drawn = test.own.draw(off[rows], numbers)
-            return test.log_ratio_of_own(off[rows], loop[rows], drawn), drawn
+            return weighed(rows, there, test.own.draw(there - test.point, numbers))
 
-        now = test.log_ratio_of_own(off, loop, nuisances)
-        angle, new, drawn = turned(
-            at_angles, now + self._room(len(now)), (now, nuisances), self._rng
+        now = weighed(np.arange(chains), states, nuisances)
+        angle, weight, found = turned(at_angles, now[0] + self._room(chains), now, rng)
+        everywhere, owns = here.states.copy(), [*here.nuisances]
+        everywhere[:, place], self.met[:, place], owns[place] = np.split(
+            found, [count, 2 * count], axis=1
         )
+        self._tangents = Tangents(everywhere, tuple(owns))
+        self._weight = self._weight + (weight - now[0])
         self._numbers[:, own] = between(old, other, angle)
-        self._weight = self._weight + (new - now)
-        return drawn
+        self._numbers[:, : at.size] = at.numbers_of_states(everywhere)
 
     def _turn_states(self) -> None:
         """All states together; what is the tests' own follows as the Gaussian step has it."""
@@ -201,22 +211,27 @@ class Chains:
             self._tangents,
         )
         by = rng.choice(_JUMPS, count) * rng.standard_normal(count)
-        states, met = here.states.copy(), self.met.copy()
-        states[:, place], volume = jumped(test.ridge, here.states[:, place], by)
-        own = test.own.draw(states[:, place] - test.point, self._numbers[:, self._own[place]])
-        weight, met[:, place] = self._step.log_weight_of(place, states[:, place], own)
-        before, _ = self._step.log_weight_of(place, here.states[:, place], here.nuisances[place])
+        before, width = here.states[:, place], here.states.shape[2]
+        there, volume = jumped(test.ridge, before, by)
+        own = test.own.draw(there - test.point, self._numbers[:, self._own[place]])
+        weight, found = self._step.log_weight_of(place, there, own)
+        weight_before, _ = self._step.log_weight_of(place, before, here.nuisances[place])
+        block = slice(place * width, (place + 1) * width)
+        trend = self._at.trend_of(block, np.stack([self.met, here.states]))
         with np.errstate(all="ignore"):
-            trend = self._at.log_trend(np.stack([met, states, self.met, here.states]))
-            change = weight - before + trend[0] - trend[1] - trend[2] + trend[3]
+            moved = np.stack([found - self.met[:, place], there - before])
+            bent, straight = trend(np.arange(count), moved)
+            change = weight - weight_before + bent - straight
+        states, met = here.states.copy(), self.met.copy()
+        states[:, place], met[:, place] = there, found
         numbers = self._numbers.copy()
         numbers[:, : self._at.size] = self._at.numbers_of_states(states)
         gained = self._share * change + volume + _log_normal(numbers) - _log_normal(self._numbers)
         rows = np.flatnonzero(np.log(rng.uniform(size=count)) < gained)
         nuisances = [*here.nuisances]
         nuisances[place] = own
-        there = Tangents(states, tuple(nuisances)).rows(rows)
-        self._take(rows, numbers[rows], there, (self._weight + change)[rows], met[rows])
+        tangents = Tangents(states, tuple(nuisances)).rows(rows)
+        self._take(rows, numbers[rows], tangents, (self._weight + change)[rows], met[rows])
         return len(rows) / count
 
     def _follow_others(self, place: int) -> float:
@@ -238,20 +253,15 @@ class Chains:
             taken.append(self._go(half.ravel(), stride[:, None, None] * shift))
         return float(np.mean(taken))
 
-    def _go(
-        self, rows: NDArray[np.intp], shift: FloatArray, way_back: FloatArray | float = 0.0
-    ) -> float:
-        """Let some chains shift all tests' states (rows, tests, n); the share that does.
-
-        `way_back` is the log of how likely (rows,) the shift back is proposed, over this one.
-        """
+    def _go(self, rows: NDArray[np.intp], shift: FloatArray) -> float:
+        """Let some chains shift all tests' states (rows, tests, n); the share that does."""
         states = self._tangents.states[rows] + shift
         tangents = self._step.own_drawn(states, [self._numbers[rows, test] for test in self._own])
         numbers = self._numbers[rows]
         numbers[:, : self._at.size] = self._at.numbers_of_states(states, rows)
         weight, met = self._at.log_weight(tangents, rows)
         # A shift leaves the volume as it is: what counts beside the weight is the numbers' density.
-        gained = self._share * (weight - self._weight[rows]) + way_back
+        gained = self._share * (weight - self._weight[rows])
         gained += _log_normal(numbers) - _log_normal(self._numbers[rows])
         taken = np.flatnonzero(np.log(self._rng.uniform(size=len(rows))) < gained)
         self._take(rows[taken], numbers[taken], tangents.rows(taken), weight[taken], met[taken])

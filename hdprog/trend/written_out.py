@@ -7,6 +7,7 @@ is a move of their numbers, too, and all tests can be moved along their ridges t
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -135,6 +136,50 @@ class WrittenOut:
             return _squares(courses, expected, trend)
 
         return self.step.log_weight(tangents, squares)
+
+    def given_others(
+        self, block: slice, states: FloatArray, numbers: FloatArray, rng: np.random.Generator
+    ) -> tuple[FloatArray, FloatArray]:
+        """Mean (draws, n) of one test's state given all others', and a draw's way from it.
+
+        Parameters
+        ----------
+        block : of N, which of the states' numbers are the test's
+        states : (draws, n) where the test is
+        numbers : (draws, N) from which all states are drawn
+        rng : source of randomness
+        """
+        rows = self.factor[:, block]
+        precision = np.matmul(rows, np.swapaxes(rows, 1, 2))
+        pull = np.matmul(rows, numbers[..., None])
+        away = np.linalg.solve(precision, pull)[..., 0]
+        upper = np.swapaxes(np.linalg.cholesky(precision), 1, 2)
+        drawn = np.linalg.solve(upper, rng.standard_normal(pull.shape))[..., 0]
+        return np.asarray(states - away), np.asarray(drawn)
+
+    def trend_of(
+        self, block: slice, courses: FloatArray
+    ) -> Callable[[NDArray[np.intp], FloatArray], FloatArray]:
+        """By how much the trend's log density (courses, rows) changes with one test alone.
+
+        Parameters
+        ----------
+        block : of N, which numbers are the test's
+        courses : (courses, draws, tests, n) from which they change
+
+        Returns
+        -------
+        of rows of the draws, and changes (courses, rows, n)
+        """
+        away = courses.reshape(*courses.shape[:2], -1) - self.expected
+        slope = np.matmul(self.trend[:, block], away[..., None])[..., 0]
+        own = self.trend[:, block, block]
+
+        def change(rows: NDArray[np.intp], by: FloatArray) -> FloatArray:
+            bent = np.matmul(own[rows], by[..., None])[..., 0]
+            return np.asarray(-np.sum(by * (slope[:, rows] + 0.5 * bent), axis=-1))
+
+        return change
 
     def log_trend(self, courses: FloatArray) -> FloatArray:
         """Log density (courses, draws) that the trend has of courses (courses, draws, tests, n)."""
