@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -15,6 +16,7 @@ from hdprog.atomic import atomic_directory
 from hdprog.config import ReportSettings
 from hdprog.errors import UsageError
 from hdprog.explanation import DriveExplanation, ErrorFigures, Explanation, FoundEffect
+from hdprog.inference.lazy_arviz import arviz
 from hdprog.inference.posterior import Posterior
 from hdprog.parallel import process_executor, spread_over
 from hdprog.results import DriveResult, Forecast, TestResult, TrendSummary
@@ -131,10 +133,9 @@ class Outcome:
 
         provenance = replace(self.result.provenance, command=command)
         stamped = replace(self, result=replace(self.result, provenance=provenance))
-        several = len(self.tests) > 1
         with (
             atomic_directory(Path(out)) as folder,
-            process_executor(workers if several else 1) as executor,
+            process_executor(workers) as executor,
         ):
             spread = spread_over(executor)
             if not self.single:
@@ -170,6 +171,13 @@ class Outcome:
             "source_sha256": posterior.loop.sha256,
         }
         return provenance.seed or 0, attributes
+
+
+def import_for_writing() -> None:
+    """Import what `Outcome.write` needs; waiting for workers is the time for it."""
+    for name in ("hdprog.reporting.build", "hdprog.inference.inference_data", "h5netcdf"):
+        importlib.import_module(name)
+    arviz()
 
 
 def _with_draws(posterior: Posterior, seed: int, attributes: dict[str, Any]) -> InferenceData:

@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -44,9 +45,7 @@ def process_executor(workers: int | None = None) -> Iterator[Executor | None]:
         return
     # Forked workers start at once; elsewhere each imports the numerics anew.
     method = "fork" if sys.platform == "linux" else "spawn"
-    executor = ProcessPoolExecutor(
-        count, mp_context=multiprocessing.get_context(method), initializer=_prepare_worker
-    )
+    executor = _Workers(count, method)
     try:
         yield executor
     except BaseException:
@@ -56,6 +55,40 @@ def process_executor(workers: int | None = None) -> Iterator[Executor | None]:
         raise
     finally:
         executor.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def while_waiting(executor: Executor | None, function: Callable[[], None]) -> Iterator[None]:
+    """Have a thread of this process do something once its workers have work, if it has some."""
+    if not isinstance(executor, _Workers):
+        yield
+        return
+    executor.meanwhile.append(threading.Thread(target=function, daemon=True))
+    try:
+        yield
+    finally:
+        for thread in executor.begun:
+            thread.join()
+
+
+class _Workers(ProcessPoolExecutor):
+    """Worker processes; threads of this one begin with their work.
+
+    Not before: a worker that is forked while a thread imports would wait for ever for the import
+    to end. With the first call all of them are there.
+    """
+
+    def __init__(self, count: int, method: str) -> None:
+        super().__init__(count, multiprocessing.get_context(method), _prepare_worker)
+        self.meanwhile: list[threading.Thread] = []
+        self.begun: list[threading.Thread] = []
+
+    def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
+        future = super().submit(fn, *args, **kwargs)
+        while self.meanwhile:
+            self.begun.append(self.meanwhile.pop())
+            self.begun[-1].start()
+        return future
 
 
 def spread_over(executor: Executor | None) -> Callable[..., Iterable[Any]]:

@@ -26,8 +26,14 @@ from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import RecordScales
 from hdprog.inference.summarise import figure_requests, summarise
 from hdprog.inference.until_converged import FULL, QUICK
-from hdprog.outcome import ExplainOutcome, Outcome
-from hdprog.parallel import begin, hold_blas_to_one_thread, process_executor, spread_over
+from hdprog.outcome import ExplainOutcome, Outcome, import_for_writing
+from hdprog.parallel import (
+    begin,
+    hold_blas_to_one_thread,
+    process_executor,
+    spread_over,
+    while_waiting,
+)
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.base import Effect
 from hdprog.physics.figures import figures
@@ -97,7 +103,7 @@ def fit(
     recorded = seed if rng is None else None
     rng = np.random.default_rng(seed) if rng is None else rng
     paper = identify_record(loop, drive) if method == "paper" else None
-    with process_executor() as executor:
+    with process_executor() as executor, while_waiting(executor, import_for_writing):
         posterior = fit_loop(
             loop,
             drive,
@@ -174,7 +180,7 @@ def explain(
     rng = np.random.default_rng(seed) if rng is None else rng
     plan = QUICK if quick else FULL
     prepared = prepare(loop, drive, rng)
-    with process_executor(workers) as executor:
+    with process_executor(workers) as executor, while_waiting(executor, import_for_writing):
         entropy = np.random.SeedSequence(rng.integers(0, 2**32, size=4).tolist())
         spread = spread_over(executor)
         traced = trace([prepared], [entropy], spread=spread, inner=spread)[0]
@@ -252,7 +258,7 @@ def run(
     plan = QUICK if quick else FULL
     hours = [test.service_hours for test in folder.tests]
     of_tests, explanation = seeds[:-2], None
-    with process_executor(workers) as executor:
+    with process_executor(workers) as executor, while_waiting(executor, import_for_writing):
         if explain:
             traced = trace_tests(folder, loops, prior, of_tests, executor, progress)
             fitted = fit_traced(folder, traced, of_tests, plan, executor, progress)

@@ -81,13 +81,11 @@ def noise_sd(values: NDArray[np.float64], time: NDArray[np.float64] | None = Non
     float
         In the channel's unit; 0 for fewer than seven samples.
     """
-    from scipy.signal import savgol_coeffs
-
     size = values.size
     if size < 7:
         return 0.0
     window = min(_LONGEST_WINDOW, max(5, size // 100)) | 1
-    weights = -savgol_coeffs(window, 3)
+    weights = -_smoothing(window)
     weights[window // 2] += 1.0
     # Distances of white noise from the fit are smaller than the noise by this factor.
     shrink = math.sqrt(float(weights @ weights))
@@ -97,6 +95,18 @@ def noise_sd(values: NDArray[np.float64], time: NDArray[np.float64] | None = Non
         over_time = _distances_over_time(values, time, window)
         return min(noise, float(np.median(over_time)) * _SD_PER_MEDIAN)
     return noise
+
+
+def _smoothing(window: int) -> NDArray[np.float64]:
+    """Weights (window,) of the cubic's value in the middle of so many readings (Savitzky & Golay).
+
+    Those of scipy.signal.savgol_coeffs(window, 3), which half a second of imports come with.
+    """
+    from scipy.linalg import lstsq
+
+    offset = np.arange(window // 2, -(window // 2) - 1, -1, dtype=float)
+    weights, _, _, _ = lstsq(offset ** np.arange(4)[:, None], np.eye(4)[0])
+    return np.asarray(weights)
 
 
 def _blurred(values: NDArray[np.float64], time: NDArray[np.float64], window: int) -> float:

@@ -16,7 +16,7 @@ error repeats: that stays a bias.
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.noise_shape import FALSE_ALARM_RATE
@@ -69,7 +69,7 @@ def _is_white(residual: FloatArray) -> bool:
     total = float(residual @ residual)
     found = [float(residual[lag:] @ residual[:-lag]) / total for lag in lags]
     score = sum(r**2 / (count - lag) for r, lag in zip(found, lags, strict=True))
-    return bool(count * (count + 2) * score < chi2.isf(FALSE_ALARM_RATE, len(found)))
+    return bool(count * (count + 2) * score < chdtri(len(found), FALSE_ALARM_RATE))
 
 
 def _long_run(scores: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 from scipy.linalg.lapack import dpttrf, dpttrs
 from scipy.optimize import minimize
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from hdprog.inference.noise import NoiseModel
 from hdprog.physics.parameters import FloatArray
@@ -143,7 +143,7 @@ def fit_noise(
     found = minimize(
         deviance, best, method="L-BFGS-B", bounds=bounds, options={"maxiter": 15, "eps": 1e-3}
     )
-    if white.deviance - found.fun < chi2.isf(FALSE_ALARM_RATE, 2):
+    if white.deviance - found.fun < chdtri(2, FALSE_ALARM_RATE):
         return NoiseModel.white(sd)
     axes = _axes_about(found.x, bounds)
     correlated = mean_variance * _averaged(axes, _seen_about(found.x, axes, seen), position)

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.optimize import brentq
-from scipy.stats import norm
 
 from hdprog.physics.parameters import FloatArray
 
@@ -34,6 +33,7 @@ _ROUGHER = 1.4  # times the usual: from there on it does
 _NEAR_REVERSAL = 2  # readings, where a corner that fell between two of them looks isolated
 _UNLIKE_OTHERS = 3.0  # times what stands out at most corners: no corner's doing
 _SD_PER_MEDIAN = 1.482602218505602  # of |x| for a normal x
+_LOG_ROOT_TWO_PI = np.log(np.sqrt(2 * np.pi))
 
 
 def spikes(
@@ -115,7 +115,7 @@ def _far_out(size: FloatArray) -> tuple[NDArray[np.bool_], float]:
     ratio = np.zeros(size.size)
     possible = (size >= low) & (size <= high)
     log_spike = -np.log(size[possible] * np.log(high / low))
-    log_noise = np.log(2.0) + norm.logpdf(size[possible])
+    log_noise = np.log(2.0) + (-(size[possible] ** 2) / 2.0 - _LOG_ROOT_TWO_PI)
     ratio[possible] = np.exp(np.minimum(log_spike - log_noise, 700.0))
     ratio[size > high] = np.inf
     beyond = np.clip(ratio, None, 1e12) - 1.0
