@@ -40,9 +40,8 @@ def test_it_is_over_when_the_block_is() -> None:
 def test_without_work_or_without_workers_it_does_not_begin() -> None:
     done: list[int] = []
     for workers in (1, 2):
-        with process_executor(workers) as executor:
-            with while_waiting(executor, lambda: done.append(1)):
-                pass
+        with process_executor(workers) as executor, while_waiting(executor, lambda: done.append(1)):
+            pass
     assert not done
 
 
