@@ -1,7 +1,8 @@
-"""Two simulated tests under fixed hyperparameters: small enough to know the answer."""
+"""Simulated tests under fixed hyperparameters; two are few enough to know the answer."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -54,13 +55,18 @@ class Problem:
 
 def two_tests() -> Problem:
     """Tests at 0 and 1 500 h, linearised at their joint mode."""
-    hours = np.array([0.0, 1500.0])
-    tests = wearing_drive(np.random.default_rng(4), np.array([0.6, 0.9]), hours)
+    return worn_by([0.6, 0.9], NEW + 0.7 * WEAR)
+
+
+def worn_by(wear: Sequence[float], start: np.ndarray) -> Problem:
+    """Tests of a drive whose wear is given, from 0 to 1 500 h, linearised at their joint mode."""
+    hours = np.linspace(0.0, 1500.0, len(wear))
+    tests = wearing_drive(np.random.default_rng(4), np.array(wear), hours)
     timeline, _ = Timeline.of(tests, ServiceClock.of(tests), WEAR_PRIOR)
     values = Hyperparameters.of(FIXED, WEAR_PRIOR)
     steps = Steps.of(timeline, values, STATE_PRIOR, WEAR_PRIOR)
     prior = JointPrior.of(steps, float(values.scatter[0]), WEAR_PRIOR.scales)
-    mode = joint_mode(tests, from_loop(np.tile(NEW + 0.7 * WEAR, (2, 1))), prior)
+    mode = joint_mode(tests, from_loop(np.tile(start, (len(wear), 1))), prior)
     step = GaussianStep.of(
         tests, mode, timeline, STATE_PRIOR, WEAR_PRIOR, ALPHA, PRIOR.softplus_scale
     )
