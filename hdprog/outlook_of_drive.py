@@ -19,7 +19,7 @@ from hdprog.results import Forecast, LoadScenario, TrendSummary
 from hdprog.trend.fitting import TrendUnderWay, begin_trend
 from hdprog.trend.fleet import FleetPrior, Said
 from hdprog.trend.followed_effects import FollowedEffects
-from hdprog.trend.joint_refit import BESIDE, Effort
+from hdprog.trend.joint_refit import NONE, Effort
 from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.steady_pace import SteadySaid, Told, pooled_fleet
 from hdprog.trend.wear_clock import hours_by_load, pace_of_load
@@ -128,13 +128,13 @@ def begin_beside(
     others: FinishedRuns | None,
     seeds: Sequence[np.random.SeedSequence],
 ) -> OutlookUnderWay:
-    """Begin forecasts for comparison, over posteriors without effects; from fewer draws.
+    """Begin forecasts for comparison, over posteriors without effects.
 
-    They are sampled in this process, beside those that sample the outlook itself. Parameters as in
-    `begin_outlook`.
+    Loops and trend are not sampled together: beside what the effects change, what that would
+    change is little. Parameters as in `begin_outlook`.
     """
     return begin_outlook(
-        folder, posteriors, (), wear_prior, others, seeds, True, None, joint_effort=BESIDE
+        folder, posteriors, (), wear_prior, others, seeds, True, None, joint_effort=NONE
     )
 
 

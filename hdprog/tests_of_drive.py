@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -20,7 +20,7 @@ from hdprog.inference.prepare import Prepared, prepare
 from hdprog.inference.priors import Prior
 from hdprog.inference.summarise import figure_requests, summarise
 from hdprog.inference.until_converged import SamplingPlan
-from hdprog.parallel import spread_over
+from hdprog.parallel import begin, spread_over
 from hdprog.results import TestResult
 
 Progress = Callable[[str, int, int], None]
@@ -102,29 +102,22 @@ def fit_traced(
     plan: SamplingPlan,
     executor: Executor | None,
     progress: Progress | None = None,
-) -> list[FittedTest]:
-    """Fit every test with what was found in it; parameters as in `fit_tests`."""
-    sampling = [_children(seed)[2] for seed in seeds]
-    fitted = spread_over(executor)(_sample, traced, folder.tests, sampling, [plan] * len(traced))
-    return list(_counted(fitted, "fits", len(traced), progress))
+) -> tuple[list[FittedTest], Iterator[Closed]]:
+    """Fit every test with what was found in it; parameters as in `fit_tests`.
 
-
-def close_tests(
-    folder: DriveFolder,
-    traced: Sequence[Traced],
-    fitted: Sequence[FittedTest],
-    seeds: Sequence[np.random.SeedSequence],
-    executor: Executor | None,
-    progress: Progress | None = None,
-) -> Iterator[Closed]:
-    """Begin to hold every test's fit against the drive model alone; parameters as in `fit_tests`.
-
-    The trend goes on beside it, and is the last thing that is done of that stage.
+    Each fit, once there, begins to be held against the drive model alone. Those are waited for one
+    by one: the trend goes on beside them, and is the last thing that is done of that stage.
     """
-    posteriors = [one.posterior for one in fitted]
-    closing = [_children(seed)[3] for seed in seeds]
-    closed = spread_over(executor)(_close, traced, posteriors, folder.tests, closing)
-    return _counted(closed, "trend", len(traced) + 1, progress)
+    count = len(traced)
+    sampling, closing = zip(*(_children(seed)[2:] for seed in seeds), strict=True)
+    spread = spread_over(executor)(_sample, traced, folder.tests, sampling, [plan] * count)
+    fitted, closed = list[FittedTest](), list[Future[Closed]]()
+    for one in _counted(spread, "fits", count, progress):
+        at = len(fitted)
+        fitted.append(one)
+        work = (traced[at], one.posterior, folder.tests[at], closing[at])
+        closed.append(begin(executor, _close, *work))
+    return fitted, _counted((one.result() for one in closed), "trend", count + 1, progress)
 
 
 def _children(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:

@@ -38,7 +38,7 @@ from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.base import Effect
 from hdprog.physics.figures import figures
 from hdprog.results import DriveResult, Forecast, Provenance, TestResult
-from hdprog.tests_of_drive import close_tests, fit_tests, fit_traced, trace_tests
+from hdprog.tests_of_drive import fit_tests, fit_traced, trace_tests
 
 Progress = Callable[[str, int, int], None]
 Method = Literal["posterior", "paper"]
@@ -258,10 +258,11 @@ def run(
     plan = QUICK if quick else FULL
     hours = [test.service_hours for test in folder.tests]
     of_tests, explanation = seeds[:-2], None
+    closing: Iterator[Closed] = iter(())
     with process_executor(workers) as executor, while_waiting(executor, import_for_writing):
         if explain:
             traced = trace_tests(folder, loops, prior, of_tests, executor, progress)
-            fitted = fit_traced(folder, traced, of_tests, plan, executor, progress)
+            fitted, closing = fit_traced(folder, traced, of_tests, plan, executor, progress)
         else:
             fitted = fit_tests(folder, loops, prior, of_tests, plan, executor, progress)
         seconds["fits"] = time.perf_counter() - started
@@ -272,9 +273,6 @@ def run(
         started = time.perf_counter()
         worn = brought_by_wear(posteriors, hours) if explain else ()
         shared = (wear_prior, others, seeds[-2:])
-        closing: Iterator[Closed] = iter(())
-        if explain:
-            closing = close_tests(folder, traced, fitted, of_tests, executor, progress)
         # What is done here goes on beside the workers, which sample the trend behind the closing.
         ahead = begin_outlook(folder, posteriors, worn, *shared, quick, executor)
         beside = None

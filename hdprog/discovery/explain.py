@@ -24,7 +24,13 @@ from hdprog.physics.parameters import NAMES
 
 # The drive model alone where it misfits: it shows the shift, and many hardly ever mix well.
 _BESIDE = replace(
-    QUICK, lengths=25.0, warm_up_steps=(60, 30, 50), first_steps=100, refits=1, most_steps=2000
+    QUICK,
+    required_ess=200.0,
+    lengths=15.0,
+    warm_up_steps=(60, 30, 50),
+    first_steps=60,
+    refits=1,
+    most_steps=2000,
 )
 _STRAINED = 2.5  # prior standard deviations
 

@@ -89,7 +89,7 @@ class NoiseModel:
             features=features,
         )
 
-    @property
+    @cached_property
     def covariance(self) -> FloatArray:
         """(blocks, blocks) for s = 1, in rad²."""
         if self.whitening is None:

@@ -54,8 +54,8 @@ class Effort:
 
 FULL = Effort(24, 100, 75.0, 60.0)
 QUICK = Effort(24, 80, 75.0, 50.0)
-BESIDE = Effort(30, 60, 40.0, 30.0, chains=12, parts=1)
-"""For a forecast that another one is compared with; few chains cost more each."""
+NONE = Effort(0, 0, 0.0, 0.0)
+"""For a forecast that another one is compared with: draws of the Gaussian step, weighted or not."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,10 @@ def begin_meeting(
         chosen = rng.choice(_WEIGHTED, _WEIGHTED, p=smoothed)
         return partial(Met, deviates[chosen], met[chosen], pareto_k, worth=effective)
     # Draws by the Gaussian step as they are: wider than the posterior, and no two the same.
-    start = np.resize(np.flatnonzero(np.isfinite(log_weight)), GROUPS * effort.chains)
+    possible = np.flatnonzero(np.isfinite(log_weight))
+    if effort.sweeps == 0:
+        return partial(Met, deviates[possible], met[possible], pareto_k, converged=False)
+    start = np.resize(possible, GROUPS * effort.chains)
     groups, paths = GROUPS // effort.parts, ridge_paths(step, draws.flat.mean(axis=0))
     parts = [
         begin(

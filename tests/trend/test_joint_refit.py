@@ -269,3 +269,19 @@ def test_without_a_possible_draw_it_says_so(problem: Problem) -> None:
         replace(problem.step, tests=nowhere), fixed_draws(), np.random.default_rng(1), LONG
     )
     assert not found.converged
+
+
+def test_without_sampling_the_step_itself_is_what_one_has(
+    problem: Problem, reference: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(joint_refit, "HIGHEST_K", -1.0)
+    found = met_by_tests(problem.step, fixed_draws(), np.random.default_rng(1), joint_refit.NONE)
+    assert not found.sampled
+    assert not found.converged
+    drawn = found.measured.reshape(len(found.measured), -1)
+    assert np.isfinite(drawn).all()
+    # The step is wider than the posterior, not narrower, and lies where that lies.
+    ratio = drawn.std(axis=0) / reference.std(axis=0)
+    away = np.abs(drawn.mean(axis=0) - reference.mean(axis=0)) / drawn.std(axis=0)
+    assert ratio.min() > 0.8
+    assert away.max() < 1.5

@@ -82,7 +82,7 @@ class EffectParameter:
 
     def gridded(self, values: FloatArray) -> EffectParameter:
         """The same parameter with a search that begins at these physical values (points,)."""
-        return replace(self, grid=tuple(self.coordinate(float(value)) for value in values))
+        return replace(self, grid=tuple(self.coordinates(values).tolist()))
 
 
 class Effect(ABC):
