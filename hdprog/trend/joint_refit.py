@@ -16,7 +16,7 @@ import numpy as np
 
 from hdprog.inference.diagnostics import diagnose
 from hdprog.inference.pareto_weights import pareto_weights, worth
-from hdprog.parallel import begin
+from hdprog.parallel import begin, spread_over
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.gaussian_step import GaussianStep
 from hdprog.trend.hyperparameters import HyperparameterDraws
@@ -138,7 +138,8 @@ def begin_meeting(
     if effort.sweeps == 0:
         return partial(Met, deviates[possible], met[possible], pareto_k, converged=False)
     start = np.resize(possible, GROUPS * effort.chains)
-    groups, paths = GROUPS // effort.parts, ridge_paths(step, draws.flat.mean(axis=0))
+    groups = GROUPS // effort.parts
+    paths = ridge_paths(step, draws.flat.mean(axis=0), spread_over(executor))
     parts = [
         begin(
             executor,

@@ -10,8 +10,9 @@ pieces. The place is linear in x and the shift hangs on nothing else: volumes st
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -68,21 +69,31 @@ class RidgePath:
         )
 
 
-def ridge_paths(step: GaussianStep, deviates: FloatArray) -> tuple[RidgePath, ...]:
-    """Paths of what loops leave open; hyperparameters' deviates (k,) are held meanwhile."""
+def ridge_paths(
+    step: GaussianStep, deviates: FloatArray, spread: Callable[..., Iterable[Any]] = map
+) -> tuple[RidgePath, ...]:
+    """Paths of what loops leave open, one after the other or side by side.
+
+    Parameters
+    ----------
+    step : of all tests
+    deviates : (k,) of the hyperparameters, which are held meanwhile
+    spread : map over the paths, e.g. an executor's
+    """
     tests = [test.evidence for test in step.tests]
     steps, scatter = step.steps_of(deviates[None])
     prior = JointPrior.of(steps, float(scatter[0]), step.wear_prior.scales)
     mode = joint_mode(tests, np.stack([test.point for test in step.tests]), prior, _FIRST_STEPS)
     covariance = np.linalg.inv(joint_precision(mode, prior))
-    found = []
+    held, wide = list[_Held](), list[float]()
     for name in _LEFT_OPEN:
         each = np.zeros(prior.mean.shape)
         each[:, NAMES.index(name)] = 1.0 / len(each)
         share = each.ravel()
-        spread = float(np.sqrt(share @ covariance @ share))
-        held = _Held(prior, share, (_HELD / spread) ** 2)
-        found.append(_path(step, tests, held, mode, spread))
+        wide.append(float(np.sqrt(share @ covariance @ share)))
+        held.append(_Held(prior, share, (_HELD / wide[-1]) ** 2))
+    count = len(held)
+    found = spread(_path, [step] * count, held, [mode] * count, wide)
     return tuple(path for path in found if path is not None)
 
 
@@ -119,20 +130,17 @@ class _Held:
         return JointPrior(mean, precision)
 
 
-def _path(
-    step: GaussianStep, tests: Sequence[LoopEvidence], held: _Held, mode: JointMode, spread: float
-) -> RidgePath | None:
+def _path(step: GaussianStep, held: _Held, mode: JointMode, spread: float) -> RidgePath | None:
     """Path from the joint mode, its place so wide by Laplace's method; None where it does not go.
 
     Parameters
     ----------
     step : of all tests
-    tests : in order
     held : the trend's prior by place
     mode : of loops and trend
     spread : of the place
     """
-    share = held.share
+    share, tests = held.share, [test.evidence for test in step.tests]
     first = held.node(mode, float(share @ mode.points.ravel()))
     down, up = (_one_way(tests, held, first, way * spread) for way in (-1.0, 1.0))
     nodes = [*down[::-1], first, *up]
