@@ -95,7 +95,7 @@ def trace_tests(
     return traced
 
 
-def fit_traced(
+def fit_and_close(
     folder: DriveFolder,
     traced: Sequence[Traced],
     seeds: Sequence[np.random.SeedSequence],
@@ -105,18 +105,17 @@ def fit_traced(
 ) -> tuple[list[FittedTest], Iterator[Closed]]:
     """Fit every test with what was found in it; parameters as in `fit_tests`.
 
-    Each fit, once there, begins to be held against the drive model alone. Those are waited for one
-    by one: the trend goes on beside them, and is the last thing that is done of that stage.
+    Each fit, once there, begins to be held against the drive model alone, which is waited for one
+    by one: the trend goes on beside it, and is the last thing that is done of that stage.
     """
     count = len(traced)
     sampling, closing = zip(*(_children(seed)[2:] for seed in seeds), strict=True)
-    spread = spread_over(executor)(_sample, traced, folder.tests, sampling, [plan] * count)
+    fits = spread_over(executor)(_sample, traced, folder.tests, sampling, [plan] * count)
     fitted, closed = list[FittedTest](), list[Future[Closed]]()
-    for one in _counted(spread, "fits", count, progress):
-        at = len(fitted)
+    counted = _counted(fits, "fits", count, progress)
+    for one, found, test, seed in zip(counted, traced, folder.tests, closing, strict=True):
         fitted.append(one)
-        work = (traced[at], one.posterior, folder.tests[at], closing[at])
-        closed.append(begin(executor, _close, *work))
+        closed.append(begin(executor, _close, found, one.posterior, test, seed))
     return fitted, _counted((one.result() for one in closed), "trend", count + 1, progress)
 
 

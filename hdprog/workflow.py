@@ -38,7 +38,7 @@ from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.base import Effect
 from hdprog.physics.figures import figures
 from hdprog.results import DriveResult, Forecast, Provenance, TestResult
-from hdprog.tests_of_drive import fit_tests, fit_traced, trace_tests
+from hdprog.tests_of_drive import fit_and_close, fit_tests, trace_tests
 
 Progress = Callable[[str, int, int], None]
 Method = Literal["posterior", "paper"]
@@ -262,7 +262,7 @@ def run(
     with process_executor(workers) as executor, while_waiting(executor, import_for_writing):
         if explain:
             traced = trace_tests(folder, loops, prior, of_tests, executor, progress)
-            fitted, closing = fit_traced(folder, traced, of_tests, plan, executor, progress)
+            fitted, closing = fit_and_close(folder, traced, of_tests, plan, executor, progress)
         else:
             fitted = fit_tests(folder, loops, prior, of_tests, plan, executor, progress)
         seconds["fits"] = time.perf_counter() - started

@@ -39,9 +39,9 @@ _FEWEST_EFFECTIVE = 1000.0  # weighted draws: k of 4 000 scatters by 0.15, and l
 class Effort:
     """How long to sample: sweeps at first, the bound of sweeps, the ESS that ends them.
 
-    They grow by a quarter of the first ones. Draws at the bound are trusted with `least` effective
-    ones. There are four groups of `chains`, in `parts` that may run side by side, whatever the
-    cores: the draws depend on it.
+    They grow by a quarter of the first ones; without any, nothing is sampled. Draws at the bound
+    are trusted with `least` effective ones. There are four groups of `chains`, in `parts` that may
+    run side by side, whatever the cores: the draws depend on it.
     """
 
     sweeps: int

@@ -264,8 +264,8 @@ def _remaining(found: DriveExplanation) -> Part | None:
         return None
     said = (
         f"Remaining life (90 %) moves from {remaining_words(before)} without the effects to "
-        f"{remaining_words(after)} with them. Without them loops and trend were not sampled "
-        "together: those hours come from the trend's Gaussian approximation and serve to compare."
+        f"{remaining_words(after)} with them. The hours without them serve to compare: they "
+        "are reckoned more roughly, loops and trend not sampled together."
     )
     return Part("What it did to the remaining life", (tidy(said),), (), (table,))
 
