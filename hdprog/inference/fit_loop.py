@@ -13,6 +13,7 @@ from hdprog.inference.effect_starts import effect_starts, require, search_widely
 from hdprog.inference.effective_blocks import effective_degrees
 from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.linearised_effects import PARETO_K_LIMIT, LinearisedEffects
+from hdprog.inference.measured_noise import local_slope
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare, settle_noise
 from hdprog.inference.priors import Prior
@@ -24,6 +25,7 @@ from hdprog.inference.until_converged import (
     SamplingPlan,
     sample_until_converged,
 )
+from hdprog.inference.within_blocks import WithinBlocks
 from hdprog.physics.effects.base import Effect
 
 
@@ -103,9 +105,13 @@ def sample_posterior(
     parts : into how many the ensembles are divided; the draws depend on it
     rng, plan, executor, progress : as in `fit_loop`
     """
-    degrees = effective_degrees(likelihood, starts[0])
-    if degrees < likelihood.degrees:
-        likelihood = replace(likelihood, effective=degrees)
+    effective = effective_degrees(likelihood, starts[0])
+    within = _within_blocks(prepared, likelihood, starts[0])
+    if effective < likelihood.block_degrees:
+        likelihood = replace(likelihood, effective=effective)
+        starts = [describe(likelihood, start.point) for start in starts]
+    elif within is not None:
+        likelihood = replace(likelihood, within=within)
         starts = [describe(likelihood, start.point) for start in starts]
     linearised = LinearisedEffects.about(likelihood, starts[0]) if likelihood.effects else None
     sampled = likelihood if linearised is None else linearised.sampled
@@ -128,9 +134,9 @@ def sample_posterior(
     if likelihood.effective is not None:
         warnings.append(
             f"What the fit leaves hangs together beyond its noise model: its {likelihood.blocks} "
-            f"blocks count as {likelihood.degrees + 1:.0f} independent ones, and intervals are "
-            f"{likelihood.widening:.1f} times as wide as if all were. An error of the model that "
-            "repeats is not in them."
+            f"blocks count as {likelihood.block_degrees + 1:.0f} independent ones, and intervals "
+            f"are {likelihood.widening:.1f} times as wide as if all were. An error of the model "
+            "that repeats is not in them."
         )
     if not converged:
         warnings.insert(
@@ -168,6 +174,20 @@ def sample_posterior(
         sampling=sampling,
         warnings=tuple(warnings),
     )
+
+
+def _within_blocks(
+    prepared: Prepared, likelihood: LoopLikelihood, start: StartingPoint
+) -> WithinBlocks | None:
+    """What the readings inside white blocks say of their noise; None where blocks disagree."""
+    noise, reduced = likelihood.noise, likelihood.reduced
+    if noise.whitening is not None or reduced.path.variance is None:
+        return None
+    slope = local_slope(reduced.path.torque, likelihood.angle(start.point[None, :])[0])
+    found = WithinBlocks.of(prepared.loop, reduced, slope, noise.white_sd * np.sqrt(reduced.count))
+    residual = likelihood.residual(start.point[None, :])[0]
+    degrees = likelihood.block_degrees - likelihood.size
+    return found if found.agrees(float(residual @ residual), degrees) else None
 
 
 def _figures_leave_out(likelihood: LoopLikelihood) -> str:

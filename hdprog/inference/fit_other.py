@@ -81,7 +81,7 @@ def fit_other(
         likelihood = replace(likelihood, noise=noise)
         starts = other_starts(likelihood, rng, known)
     degrees = effective_degrees(likelihood, starts[0])
-    if degrees < likelihood.degrees:
+    if degrees < likelihood.block_degrees:
         likelihood = replace(likelihood, effective=degrees)
         if not model.nonnegative:
             starts = [describe(likelihood, start.point) for start in starts]

@@ -9,7 +9,8 @@ scale s² (see `noise`). With a flat prior on the offset and 1/s² on s², both 
     log L = −(n − 1)/2 · log Q + const,   Q = |residual|² in the whitened space without the offset
 
 (Student-t form; e.g. Gelman et al., Bayesian Data Analysis, ch. 14), n − 1 being fewer where
-whitening leaves the blocks correlated (see `effective_blocks`). They are drawn afterwards
+whitening leaves the blocks correlated (see `effective_blocks`), and both being more where the
+readings inside the blocks know the noise, too (see `within_blocks`). They are drawn afterwards
 from their exact conditional distributions. The slip y0 before the first sample is a parameter:
 the fraction q in (0, 1) of the way between the envelopes at the first torque, uniform a priori.
 """
@@ -26,6 +27,7 @@ from numpy.typing import NDArray
 from hdprog.data.reduce import ReducedLoop
 from hdprog.inference.noise import NoiseModel
 from hdprog.inference.priors import Prior
+from hdprog.inference.within_blocks import WithinBlocks
 from hdprog.physics.course import Course
 from hdprog.physics.drive_model import torsion_angle
 from hdprog.physics.effects.base import Effect, Values
@@ -38,6 +40,7 @@ LOGIT_SD = 1.8  # of the logistic distribution
 # times their noise: longer steps leave too much curvature, shorter ones too much rounding.
 _STEP = 1e-6
 _TOGETHER = 96
+_LEAST_SCALE = 1e-12
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,7 @@ class LoopLikelihood:
     effects : beside the drive model
     held : values of the effects where they are no part of a point
     effective : degrees of freedom that the blocks are worth, blocks − 1 if None
+    within : what the readings inside the blocks say of the noise scale, if it is the blocks'
     """
 
     reduced: ReducedLoop
@@ -76,6 +80,7 @@ class LoopLikelihood:
     effects: tuple[Effect, ...] = ()
     held: HeldEffects | None = None
     effective: float | None = None
+    within: WithinBlocks | None = None
     # Whether a point begins with the drive model's coordinates, whose ridge is known.
     ridge: ClassVar[bool] = True
 
@@ -116,14 +121,27 @@ class LoopLikelihood:
         return self.reduced.angle.size
 
     @property
+    def block_degrees(self) -> float:
+        """Degrees of freedom that the blocks give the noise scale."""
+        return self.blocks - 1.0 if self.effective is None else self.effective
+
+    @property
     def degrees(self) -> float:
         """Degrees of freedom of the noise scale."""
-        return self.blocks - 1.0 if self.effective is None else self.effective
+        return self.block_degrees + (0.0 if self.within is None else self.within.degrees)
+
+    def scale_squared(self, squares: FloatArray) -> FloatArray:
+        """Best s², where |residual|² in the whitened space is `squares` (...)."""
+        return np.asarray(np.maximum(self._all(squares) / max(1.0, self.degrees), _LEAST_SCALE**2))
+
+    def _all(self, squares: FloatArray) -> FloatArray:
+        """The blocks' sums of squares (...) with that of the readings inside them."""
+        return squares if self.within is None else squares + self.within.squares
 
     @property
     def widening(self) -> float:
         """How many times as wide intervals are as if all blocks were independent."""
-        return float(np.sqrt((self.blocks - 1.0) / self.degrees))
+        return float(np.sqrt((self.blocks - 1.0) / self.block_degrees))
 
     def angle(self, points: FloatArray) -> FloatArray:
         """Model angle without offset, (draws, blocks) in rad, at points (draws, size)."""
@@ -226,7 +244,7 @@ class LoopLikelihood:
         left = self.whiten(angles)
         np.subtract(self._data, left, out=left)
         squares = np.einsum("ij,ij->i", left, left) - (left @ self._whitened_offset) ** 2
-        return np.asarray(-0.5 * self.degrees * np.log(squares))
+        return np.asarray(-0.5 * self.degrees * np.log(self._all(squares)))
 
     def offset(self, missing: FloatArray) -> float:
         """Best angle offset in rad, given what the model leaves (blocks,)."""
@@ -252,7 +270,7 @@ class LoopLikelihood:
             along[part] = left @ self._whitened_offset
             left -= np.outer(along[part], self._whitened_offset)
             squares[part] = np.einsum("ij,ij->i", left, left)
-        scale = np.sqrt(squares / rng.chisquare(self.degrees, squares.size))
+        scale = np.sqrt(self._all(squares) / rng.chisquare(self.degrees, squares.size))
         length = np.linalg.norm(self.whiten(np.ones((1, self.blocks))))
         offset = (along + scale * rng.standard_normal(scale.size)) / length
         return offset, scale

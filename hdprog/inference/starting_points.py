@@ -191,7 +191,7 @@ class _Linear:
     def at(likelihood: LoopLikelihood, points: FloatArray) -> _Linear:
         sd = likelihood.prior_sd
         residual, derivative = likelihood.jacobians(points)
-        scale = np.sqrt(_variance(residual, likelihood.degrees))[:, None]
+        scale = np.sqrt(likelihood.scale_squared(np.sum(residual**2, axis=-1)))[:, None]
         residual = np.nan_to_num(residual / scale)
         scaled = np.nan_to_num(derivative / scale[:, :, None]) * sd
         turned = scaled.transpose(0, 2, 1)
@@ -227,12 +227,6 @@ def _along_ridge(likelihood: LoopLikelihood, points: FloatArray, steps: FloatArr
     return np.concatenate([reached.reshape(moved.shape), straight], axis=2)
 
 
-def _variance(residual: FloatArray, degrees: float) -> FloatArray:
-    """Noise scale s² (...) of residuals (..., blocks)."""
-    squares = np.sum(residual**2, axis=-1)
-    return np.asarray(np.maximum(squares / max(1.0, degrees), 1e-24))
-
-
 def _deviance(likelihood: LoopLikelihood, points: FloatArray) -> FloatArray:
     """−2 log posterior (points,) at points (points, size); infinite outside the hard support."""
     density = likelihood.log_likelihood(points) + likelihood.log_prior(points)
@@ -243,7 +237,7 @@ def _deviance(likelihood: LoopLikelihood, points: FloatArray) -> FloatArray:
 def describe(likelihood: LoopLikelihood, point: FloatArray) -> StartingPoint:
     """A point (size,) with its Gauss-Newton curvature and deviance."""
     residual, derivative = likelihood.jacobian(point)
-    variance = float(_variance(residual, likelihood.degrees))
+    variance = float(likelihood.scale_squared(np.sum(residual**2, keepdims=True))[0])
     curvature = np.nan_to_num(derivative.T @ derivative) / variance
     curvature += np.diag(1 / likelihood.prior_sd**2)
     log_prior = float(likelihood.log_prior(point[None, :])[0])

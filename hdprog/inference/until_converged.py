@@ -134,7 +134,7 @@ def sample_until_converged(
         more, _, states = advance(min(further, plan.most_steps - steps_done), mixture)
         ridge = np.concatenate([ridge, more], axis=1)
     sampling = {
-        "effective_blocks": posterior.likelihood.degrees + 1.0,
+        "effective_blocks": posterior.likelihood.block_degrees + 1.0,
         "ensembles": float(ENSEMBLES),
         "walkers": float(WALKERS),
         "warm_up_steps": float(warm_up),

@@ -41,7 +41,6 @@ from hdprog.inference.prepare import settle_noise
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.starting_points import describe
 from hdprog.inference.summarise import figure_requests
-from hdprog.inference.until_converged import QUICK
 from hdprog.parallel import hold_blas_to_one_thread
 from hdprog.physics.figures import figures
 from hdprog.physics.parameters import NAMES, FloatArray
@@ -52,7 +51,7 @@ RESULTS = Path(__file__).parent / "results" / "long_records.json"
 SEED = 53
 DRIVE = replace(Drive.default(), model="CSF-25-80", rated_torque=63.0, alpha_declared=True)
 _AT_ONCE = 4_000_000  # readings times draws
-_MOST_DRAWS = 1500
+_MOST_DRAWS = 6000
 
 
 @dataclass(frozen=True)
@@ -119,7 +118,7 @@ def compared(record: LoopRecord, rng: np.random.Generator) -> Comparison:
     """Fit a record reduced, weight its posterior with the likelihood of all readings."""
     loop = Loop(torque=record.torque, angle=record.angle, time=record.time)
     prior = read_prior_file("csf-25-80").prior(None)
-    posterior = fit_loop(loop, DRIVE, rng, prior=prior, plan=QUICK)
+    posterior = fit_loop(loop, DRIVE, rng, prior=prior)
     return against(posterior, likelihood_of_readings(posterior, rng))
 
 
