@@ -249,5 +249,6 @@ def _no_column(
         " and ".join(f"{role}_{known_units(ROLES[role].dimension)[0]}" for role in missing)
         + ", or another name and unit that are known",
         f"Say which column it is, and its unit, with {_option(examples)} (or the same as "
-        "[columns] in drive.toml).",
+        "[columns] in drive.toml). If lines stand above the row with the columns' names, remove "
+        "them or begin them with #.",
     )

@@ -3,11 +3,12 @@
     python -m tests.benchmarks.prognostics_small [--drives 40] [--tests 8] [--seed 0]
 
 The drives are those of `tests.independent.drives`: logistic, bilinear, run-in or gamma-process
-wear, teeth, preload and friction each on a course of its own, every test scattered by remounting.
+wear, every test scattered by remounting. Teeth, preload and friction each go a course of their own,
+or all the same one (`--courses one`).
 Their loops are simulated here with white noise of known size, so that a trend costs seconds.
-Written to tests/benchmarks/results/prognostics_small.json, by kind of limits: how many true
-crossings the 90 % and 50 % intervals hold, and the CRPS relative to a straight line through point
-estimates.
+Written to tests/benchmarks/results/prognostics_small.json, by kind of limits and of courses: how
+many true crossings the 90 % and 50 % intervals hold, and the CRPS relative to a straight line
+through point estimates.
 
 Limits that are `reached` are values that the drive truly has before its horizon, which no forecast
 is told: crossings past the horizon are left out by choice, and forecasts seem too late. With
@@ -64,12 +65,13 @@ def wearing_drive(
     rng: np.random.Generator,
     fixed: bool = False,
     horizon: float | None = None,
+    one_course: bool = False,
 ) -> WearingDrive:
     """One drive with `count` tests over 50-80 % of its horizon."""
     law = LAWS[number % len(LAWS)]
-    life = random_wear(rng, law, horizon)
+    life = random_wear(rng, law, horizon, one_course=one_course)
     while not life.limits:
-        life = random_wear(rng, law, horizon)
+        life = random_wear(rng, law, horizon, one_course=one_course)
     horizon = float(life.hours[-1])
     gaps = rng.gamma(2.5, size=count - 1)
     last = float(rng.uniform(0.5, 0.8)) * horizon
@@ -112,6 +114,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--full", action="store_true", help="not the quick sampling")
     parser.add_argument("--limits", choices=("reached", "fixed"), default="reached")
+    parser.add_argument("--courses", choices=("own", "one"), default="own")
     parser.add_argument("--wear-prior", type=Path, help="another file like priors/trend.toml")
     options = parser.parse_args()
     wear_prior = read_wear_prior(options.wear_prior)
@@ -119,7 +122,8 @@ def main() -> None:
     converged, started = 0, time.perf_counter()
     for number in range(options.drives):
         rng = np.random.default_rng([options.seed, number])
-        drive = wearing_drive(number, options.tests, rng, options.limits == "fixed")
+        fixed, one_course = options.limits == "fixed", options.courses == "one"
+        drive = wearing_drive(number, options.tests, rng, fixed, one_course=one_course)
         now = drive.tests[-1].service_hours
         trend = fit_trend(drive.tests, PRIOR, wear_prior, rng, quick=not options.full)
         converged += trend.converged
@@ -153,10 +157,11 @@ def main() -> None:
     print(f"{converged} of {options.drives} trends converged; {seconds:.1f} s a drive")
     if options.wear_prior is None:
         found = json.loads(RESULTS.read_text("utf-8")) if RESULTS.is_file() else {}
-        found[options.limits] = {
+        found[f"{options.limits}, {options.courses}"] = {
             "command": "python -m tests.benchmarks.prognostics_small "
             f"--drives {options.drives} --tests {options.tests} --seed {options.seed} "
-            f"--limits {options.limits}" + (" --full" if options.full else ""),
+            f"--limits {options.limits} --courses {options.courses}"
+            + (" --full" if options.full else ""),
             "converged": converged,
             "rows": rows,
         }

@@ -92,6 +92,7 @@ def test_a_row_of_units_is_explained(tmp_path: Path) -> None:
         ("torque_Nm,angle", ["--columns angle=angle:rad"]),
         ("torque_out,Winkel [rad]", ["no column for the torque", "torque=torque_out:Nm"]),
         ("x,y", ["no column for the torque and the angle", "torque=HEADER:Nm,angle=HEADER:rad"]),
+        ("Joint 3 of 2024-05-02", ["lines stand above", "remove them or begin them with #"]),
         ("torque_Nm,torque_Nm", ["the column 'torque_Nm' twice"]),
         ("torque_Nm,Torque [kNm]", ["more than one column for the torque"]),
         ("Torque [bananas],angle_rad", ["unit 'bananas'", "in·lbf"]),

@@ -71,7 +71,7 @@ class WearingDrive:
     Attributes
     ----------
     law
-        Wear law of teeth, preload and friction alike; each has its own draw.
+        Wear law of teeth, preload and friction alike; each has its own draw, or all have one.
     hours
         shape (n,), from 0 to the horizon [h].
     wear
@@ -119,23 +119,34 @@ def first_crossing(
 
 
 def random_wear(
-    rng: np.random.Generator, law: WearLaw | None = None, horizon_hours: float | None = None
+    rng: np.random.Generator,
+    law: WearLaw | None = None,
+    horizon_hours: float | None = None,
+    *,
+    one_course: bool = False,
 ) -> WearingDrive:
     """Draw the life of a drive and limits that its wear reaches.
 
-    Every limit is the value that a figure has at some hour between 50 % and 97 % of the horizon,
-    rounded to four digits; a figure that has not moved its way by 4 % until then gets none.
+    Teeth, preload and friction each draw a course of their own, or all go the same one
+    (``one_course``), each as far as it does. Every limit is the value that a figure has at some
+    hour between 50 % and 97 % of the horizon, rounded to four digits; a figure that has not moved
+    its way by 4 % until then gets none.
     """
     law = LAWS[int(rng.integers(len(LAWS)))] if law is None else law
     if horizon_hours is None:
         horizon_hours = float(round(math.exp(rng.uniform(math.log(500.0), math.log(20000.0))), -1))
     hours = np.linspace(0.0, horizon_hours, 161)
     start = float(rng.uniform(0.02, 0.1))
+    shared = wear_curve(law, rng) if one_course else None
+
+    def course() -> FloatArray:
+        return wear_curve(law, rng) if shared is None else shared
+
     # Never past 1.4: there b is down to a quarter of what Table 2 found after its test.
     wear = {
-        "teeth": start + float(rng.uniform(0.8, 1.3)) * wear_curve(law, rng),
-        "preload": float(rng.uniform(0.8, 1.3)) * wear_curve(law, rng),
-        "friction": float(rng.uniform(-0.2, 1.0)) * wear_curve(law, rng),
+        "teeth": start + float(rng.uniform(0.8, 1.3)) * course(),
+        "preload": float(rng.uniform(0.8, 1.3)) * course(),
+        "friction": float(rng.uniform(-0.2, 1.0)) * course(),
     }
     spread = {"K_F": 0.04, "K_W": 0.04, "b": 0.05, "T_i": 0.05, "mu": 0.08}
     basis = {name: math.exp(sd * rng.standard_normal()) for name, sd in spread.items()}

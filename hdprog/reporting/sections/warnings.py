@@ -6,6 +6,7 @@ from hdprog.reporting import outlook
 from hdprog.reporting.effect_words import found_words
 from hdprog.reporting.figures.loop_panel import structure_remains
 from hdprog.reporting.fit_names import explanations, named_warnings
+from hdprog.reporting.number_ranges import joined, shape_of
 from hdprog.reporting.rounding import hours
 from hdprog.reporting.trend_words import trend_warnings
 from hdprog.reporting.weak_words import OF_PARAMETERS, weak_words
@@ -14,7 +15,7 @@ from hdprog.results import DriveResult
 
 
 def warnings(result: DriveResult) -> list[str]:
-    """Warnings of the whole, of the trend and of the tests; equal ones name their tests."""
+    """Warnings of the whole, of the trend and of the tests; like ones name their tests."""
     lacking = None if result.explanation is None else found_words(result.explanation)
     found = [*([] if lacking is None else [lacking]), *result.warnings]
     if result.provenance.quick:
@@ -30,7 +31,7 @@ def warnings(result: DriveResult) -> list[str]:
         )
     if result.trend is not None:
         found += trend_warnings(result.trend, result.tests)
-    by_text: dict[str, list[str]] = {}
+    by_shape: dict[str, list[tuple[str, str]]] = {}
     by_test = explanations(result)
     for test in result.tests:
         explanation = by_test.get(test.test_id)
@@ -43,9 +44,13 @@ def warnings(result: DriveResult) -> list[str]:
             )
         own += weak_words(test)
         for text in dict.fromkeys(own):
-            by_text.setdefault(text, []).append(test.test_id)
+            by_shape.setdefault(shape_of(text), []).append((test.test_id, text))
+    alike = [
+        ([test for test, _ in each], joined([text for _, text in each]))
+        for each in by_shape.values()
+    ]
     # What is for the reader of parameters comes after what is for everybody.
-    for text, tests in sorted(by_text.items(), key=lambda item: item[0].startswith(OF_PARAMETERS)):
+    for tests, text in sorted(alike, key=lambda each: each[1].startswith(OF_PARAMETERS)):
         if len(result.tests) == 1:
             found.append(text)
         elif len(tests) == len(result.tests):
