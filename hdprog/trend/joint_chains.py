@@ -4,13 +4,13 @@ The prior of a chain is the Gaussian step, its likelihood that step's weight. A 
 after test, given all others, and then all states by elliptical slices (Murray, Adams & MacKay,
 AISTATS 2010); takes other hyperparameters under the same numbers z, or another z, as the Gaussian
 step has them, and others under the same states, as the trend has them: where numbers hold one the
-states let go (interweaving, Yu & Meng, J. Comput. Graph. Stat. 20 (2011) 531). And it shifts
-tests by Metropolis steps: no loop knows where on its ridge it lies, and a slice in all dimensions
-at once hardly moves there; chains without shifts agree with each other and are too narrow. They go
-along paths of joint modes (see `ridge_paths`); from a threshold of the teeth to another (see
-`threshold_jump`); and by how far two other chains lie apart, in the
-ridge coordinates of cup and teeth or of friction, test by test or in the mean of all, or in
-everything.
+states let go (interweaving, Yu & Meng, J. Comput. Graph. Stat. 20 (2011) 531).
+
+And it shifts tests by Metropolis steps: no loop knows where on its ridge it lies, and a slice in
+all dimensions at once hardly moves there; chains without shifts agree with each other and are too
+narrow. They go along paths of joint modes (see `ridge_paths`); from a threshold of the teeth to
+another (see `threshold_jump`); and by how far two other chains lie apart, in the ridge coordinates
+of cup and teeth or of friction, test by test or in the mean of all, or in everything.
 """
 
 from __future__ import annotations
@@ -196,20 +196,16 @@ class Chains:
         """By how much the log weight (chains,) may fall, drawn for the share of it that counts."""
         return np.asarray(np.log(self._rng.uniform(size=chains)) / self._share)
 
-    def _go_along(self, path: RidgePath) -> float:
-        """Shift all tests along a path; the share of chains that do."""
+    def _go_along(self, path: RidgePath) -> None:
+        """Shift all tests along a path."""
         rng, count = self._rng, len(self.deviates)
         by = path.spread * rng.choice(_LONG, count) * rng.standard_normal(count)
-        return self._go(np.arange(count), path.shifts(self._tangents.states, by))
+        self._go(np.arange(count), path.shifts(self._tangents.states, by))
 
-    def _jump(self, place: int) -> float:
-        """Let one test's threshold jump; the share of chains where it does."""
-        rng, count, test, here = (
-            self._rng,
-            len(self.deviates),
-            self._step.tests[place],
-            self._tangents,
-        )
+    def _jump(self, place: int) -> None:
+        """Let one test's threshold jump."""
+        rng, count, test = self._rng, len(self.deviates), self._step.tests[place]
+        here = self._tangents
         by = rng.choice(_JUMPS, count) * rng.standard_normal(count)
         before, width = here.states[:, place], here.states.shape[2]
         there, volume = jumped(test.ridge, before, by)
@@ -232,7 +228,6 @@ class Chains:
         nuisances[place] = own
         tangents = Tangents(states, tuple(nuisances)).rows(rows)
         self._take(rows, numbers[rows], tangents, (self._weight + change)[rows], met[rows])
-        return len(rows) / count
 
     def _follow_others(self, place: int) -> float:
         """Shift all tests by a part of how far two other chains of the group lie apart.
@@ -338,10 +333,8 @@ class Chains:
     ) -> None:
         """Put other numbers, and what belongs to them, in the place of some chains'."""
         self._numbers = with_rows(self._numbers, rows, numbers)
-        self._weight, self.met = (
-            with_rows(self._weight, rows, weight),
-            with_rows(self.met, rows, met),
-        )
+        self._weight = with_rows(self._weight, rows, weight)
+        self.met = with_rows(self.met, rows, met)
         each = zip(self._tangents.nuisances, tangents.nuisances, strict=True)
         self._tangents = Tangents(
             with_rows(self._tangents.states, rows, tangents.states),
