@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from hdprog.data.reduce import FINE
+from hdprog.inference.covariance_root import root_of
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.starting_points import StartingPoint
 from hdprog.physics.parameters import FloatArray
@@ -39,9 +40,7 @@ def detail(likelihood: LoopLikelihood, start: StartingPoint) -> FloatArray:
     angle = _inside(likelihood, start.point + both)
     derivative = (angle[:size] - angle[size:]) / (2 * _STEP)
     reading_sd = likelihood.noise.white_sd * np.sqrt(reduced.count)
-    scaled = np.linalg.cholesky(start.covariance).T @ (derivative / reading_sd[:, None]).reshape(
-        size, -1
-    )
+    scaled = root_of(start.covariance).T @ (derivative / reading_sd[:, None]).reshape(size, -1)
     step = np.linalg.norm(np.gradient(scaled, axis=1), axis=0)
     # A jump from one stretch to the next lies between blocks anyway.
     edges = (reduced.path.starts[1:, None] * FINE + np.array([-1, 0])).ravel()

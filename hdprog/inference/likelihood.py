@@ -41,6 +41,7 @@ LOGIT_SD = 1.8  # of the logistic distribution
 _STEP = 1e-6
 _TOGETHER = 96
 _LEAST_SCALE = 1e-12
+_ROUNDING = 1e-15  # of a sum of squares: what two of them that are alike differ by at least
 
 
 @dataclass(frozen=True)
@@ -243,7 +244,8 @@ class LoopLikelihood:
         """The same of model angles (draws, blocks) in rad."""
         left = self.whiten(angles)
         np.subtract(self._data, left, out=left)
-        squares = np.einsum("ij,ij->i", left, left) - (left @ self._whitened_offset) ** 2
+        whole = np.einsum("ij,ij->i", left, left)
+        squares = np.maximum(whole - (left @ self._whitened_offset) ** 2, _ROUNDING * whole)
         return np.asarray(-0.5 * self.degrees * np.log(self._all(squares)))
 
     def offset(self, missing: FloatArray) -> float:

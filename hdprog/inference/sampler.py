@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hdprog.inference.covariance_root import root_of
 from hdprog.inference.likelihood import COUNT, LoopLikelihood, sigmoid
 from hdprog.inference.mixture_proposal import IndependenceProposal, LocalProposal, Mixture
 from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
@@ -210,7 +211,7 @@ def initial_states(
     )
     weight = np.exp(mass - mass.max()) + 0.05
     weight /= weight.sum()
-    factors = [np.linalg.cholesky(start.covariance) for start in near]
+    factors = [root_of(start.covariance) for start in near]
     positions = []
     for _ in range(ensembles):
         kept: list[FloatArray] = []

@@ -66,7 +66,7 @@ class WithinBlocks:
 
     def agrees(self, squares: float, degrees: float) -> bool:
         """Whether blocks with this sum of squares have the same noise, by an F test."""
-        if min(self.degrees, degrees) < 1:
+        if min(self.degrees, degrees) < 1 or self.squares <= 0.0:
             return False
         ratio = (squares / degrees) / (self.squares / self.degrees)
         below = float(fdtr(degrees, self.degrees, ratio))

@@ -9,6 +9,8 @@ THIN_SPACE = "\u202f"
 MINUS = "\u2212"
 """The sign of negative numbers on pages and in pictures."""
 _SLACK = 1e-9  # a number that lies on a step up to floating point is on it
+_MOST_DIGITS = 7  # significant ones: more are never of use, however small the uncertainty
+_LEAST_WRITTEN_OUT = 0.01  # a number from here on has at most six decimals and no power of ten
 
 
 def digit_step(uncertainty: float) -> float:
@@ -65,9 +67,13 @@ def rounded(value: float | None, uncertainty: float) -> str:
     if not (math.isfinite(uncertainty) and uncertainty > 0):
         return significant(value)
     step = digit_step(uncertainty)
+    if value:
+        step = max(step, 10.0 ** (math.floor(math.log10(abs(value))) + 1 - _MOST_DIGITS))
+        if abs(value) >= _LEAST_WRITTEN_OUT:
+            step = max(step, 1e-6)
     decimals = -round(math.log10(step))
     if decimals > 6 or abs(value) >= 1e7:
-        places = math.floor(math.log10(abs(value) or step)) - math.floor(math.log10(step))
+        places = math.floor(math.log10(abs(value) or step)) - round(math.log10(step))
         return scientific(value, max(places, 0) + 1)
     return grouped(round(value / step) * step, decimals)
 

@@ -78,6 +78,9 @@ def test_blocks_that_scatter_more_or_less_than_their_readings_disagree() -> None
     assert not inside.agrees(1.3 * 380.0, 380.0)
     assert not inside.agrees(0.7 * 380.0, 380.0)
     assert not inside.agrees(0.0, 0.0)
+    # A simulated record without noise, or one that stands still.
+    assert not WithinBlocks(0.0, 1700.0).agrees(380.0, 380.0)
+    assert not WithinBlocks(0.0, 0.0).agrees(380.0, 380.0)
 
 
 def fitted(correlation_time: float, samples: int) -> Posterior:

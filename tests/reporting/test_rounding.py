@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hdprog.reporting.rounding import (
+    THIN_SPACE,
     floored,
     grouped,
     hours,
@@ -50,7 +51,8 @@ def test_rounding_moves_a_number_by_a_quarter_of_its_uncertainty_at_most(
 ) -> None:
     text = spaced(rounded(value, uncertainty)).replace(" ", "").replace("−", "-")
     if "×" not in text:
-        assert abs(float(text) - value) <= 0.2501 * uncertainty + 1e-9 * abs(value)
+        # Or by half of its seventh digit.
+        assert abs(float(text) - value) <= 0.2501 * uncertainty + 0.51e-6 * abs(value)
 
 
 @given(st.floats(1.0, 1e5), st.floats(1.0, 1e4))
@@ -86,3 +88,10 @@ def test_the_words_of_numbers() -> None:
 def test_no_forecast_says_0_or_100_per_cent(probability: float, text: str) -> None:
     assert spaced(percent(probability)) == text
     assert not math.isnan(probability)
+
+
+def test_next_to_no_uncertainty_does_not_make_endless_digits() -> None:
+    assert rounded(1.0196134612, 1e-9) == "1.019613"
+    assert rounded(35812.071234567, 1e-7) == f"35{THIN_SPACE}812.07"
+    assert rounded(0.3004629123, 1e-9) == "0.300463"
+    assert rounded(0.000123456789, 1e-13) == "1.234568 × 10⁻⁴"
