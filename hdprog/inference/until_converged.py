@@ -29,6 +29,7 @@ _TAIL_DEGREES = 6.0  # of Student's t where the Gaussians' tails have held walke
 # Fits after which fewer steps draw from the mixture: what it still misses is walked through.
 _FEWER_AFTER, _FEWER = 4, 0.5
 _MORE_SEEN = 4  # or chains so many times as long as those that it was fitted to
+_FURTHER_FITS = 2  # of the proposal, beyond the bound
 _MIXTURE_DRAWS = 6000
 
 
@@ -46,6 +47,8 @@ class SamplingPlan:
     components : Gaussians of the proposal behind each part
     first_steps : steps before the first look
     most_steps : bound, warm-up included; past it the posterior is marked as not converged
+    further_steps : where the bound is reached without convergence, that many more behind fits of
+        the proposal to all that was seen
     refits : times that the proposal is fitted anew where sampling stays slow
     stored_steps : steps kept for each walker after thinning
     """
@@ -57,13 +60,19 @@ class SamplingPlan:
     components: tuple[int, ...] = (3, 6, 10)
     first_steps: int = 200
     most_steps: int = 10_000
+    further_steps: int = 0
     refits: int = 6
     stored_steps: int = 125
 
 
 FULL = SamplingPlan()
 QUICK = SamplingPlan(
-    required_ess=400.0, first_steps=150, most_steps=4000, refits=3, stored_steps=60
+    required_ess=400.0,
+    first_steps=150,
+    most_steps=4000,
+    further_steps=4000,
+    refits=3,
+    stored_steps=60,
 )
 
 
@@ -107,11 +116,12 @@ def sample_until_converged(
     warm_up = steps_done
     ridge, accepted, states = advance(plan.first_steps, mixture)
     slowest, fitted_to = math.inf, plan.first_steps
+    bound, fits = plan.most_steps, plan.refits
     while True:
         tau = float(autocorrelation_time(ridge).max())
         total = ridge.shape[1]
         worth_it = tau < _HELPED * slowest or total >= _MORE_SEEN * fitted_to
-        if tau > _SLOW and refits < plan.refits and worth_it:
+        if tau > _SLOW and refits < fits and worth_it:
             # The proposal misses part of the posterior: what was seen so far becomes warm-up.
             slowest, fitted_to = tau, total
             again = fit_mixture(_some(ridge), plan.components[-1] + 4 * refits + 2, rng)
@@ -122,16 +132,20 @@ def sample_until_converged(
         wanted = max(plan.first_steps, math.ceil(plan.lengths * tau))
         if progress is not None:
             progress("sampling", min(total, wanted), wanted)
-        if total >= wanted or steps_done >= plan.most_steps:
+        if total >= wanted or steps_done >= bound:
             chains = _unconstrained(posterior, ridge[:, :: max(1, int(tau / 2))])
             diagnostics = diagnose(chains)
             converged = total >= wanted and diagnostics.passes(plan.required_ess)
-            if converged or steps_done >= plan.most_steps:
+            if converged or steps_done >= plan.most_steps + plan.further_steps:
                 break
+            if steps_done >= bound:
+                bound, fits = bound + plan.further_steps, fits + _FURTHER_FITS
+                slowest = math.inf
+                continue
             wanted = int(1.5 * total)
         # Twice as long at most before the next look: where sampling is slow, more is learnt soon.
-        further = min(wanted - total, total) if refits < plan.refits else wanted - total
-        more, _, states = advance(min(further, plan.most_steps - steps_done), mixture)
+        further = min(wanted - total, total) if refits < fits else wanted - total
+        more, _, states = advance(min(further, bound - steps_done), mixture)
         ridge = np.concatenate([ridge, more], axis=1)
     sampling = {
         "effective_blocks": posterior.likelihood.block_degrees + 1.0,
