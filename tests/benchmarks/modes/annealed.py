@@ -26,7 +26,7 @@ from tests.benchmarks.modes.coordinates import System, systems
 from tests.benchmarks.modes.fused import LogLikelihood
 
 POPULATIONS, PARTICLES = 8, 2000
-MOVES, LAST_MOVES = 40, 250
+MOVES, LAST_MOVES = 40, 1500
 """Of every particle at each power, and at the last one, which is the posterior."""
 SNAPSHOTS = 4
 """Moments of the last moves that particles are kept of, the last half of the moves apart."""
