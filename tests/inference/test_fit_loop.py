@@ -80,11 +80,21 @@ def test_spikes_hardly_move_the_figures(worn: Posterior) -> None:
         assert abs(hit[key].mean() - values.mean()) < 0.4 * values.std(), key
 
 
+TOO_SHORT = replace(
+    QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40, further_steps=0, refits=0
+)
+
+
 def test_a_bound_that_is_too_short_is_marked() -> None:
-    plan = replace(QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40, refits=0)
-    posterior = fitted(worn_loop(), plan)
+    posterior = fitted(worn_loop(), TOO_SHORT)
     assert not posterior.converged
     assert "did not converge" in posterior.warnings[0]
+
+
+def test_further_steps_are_taken_where_the_bound_is_too_short() -> None:
+    posterior = fitted(worn_loop(), replace(TOO_SHORT, further_steps=4000))
+    assert posterior.converged
+    assert posterior.sampling["warm_up_steps"] + posterior.sampling["steps"] > 40
 
 
 def test_blind_loops_of_an_independent_simulator() -> None:
