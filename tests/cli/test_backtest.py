@@ -22,7 +22,9 @@ from tests.drive_folders import subset_of
 from tests.reporting.page import Page
 
 DRIVE = Path(str(shipped("datasets"))) / "wearing-csf-25-80"
-SHORT = replace(QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40, refits=0)
+SHORT = replace(
+    QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40, further_steps=0, refits=0
+)
 
 
 def subset(folder: Path, *tests: str) -> Path:

@@ -19,7 +19,9 @@ from tests.cli.conftest import Invoke, invoke  # noqa: F401 - a fixture
 from tests.physics import table2
 from tests.reporting.page import Page
 
-SHORT = replace(QUICK, warm_up_steps=(60, 30, 30), first_steps=60, most_steps=200, refits=0)
+SHORT = replace(
+    QUICK, warm_up_steps=(60, 30, 30), first_steps=60, most_steps=200, further_steps=0, refits=0
+)
 
 
 def test_table_2_is_that_of_the_reference_values() -> None:

@@ -21,7 +21,7 @@ from hdprog.trend.wear_coordinates import from_loop
 from hdprog.trend.written_out import WrittenOut
 from tests.trend.two_tests import FIXED, STATE_PRIOR, WEAR_PRIOR, Problem, straight, two_tests
 
-CHAINS, DROPPED, KEPT = 48, 60, 240
+CHAINS, DROPPED, KEPT = 48, 60, 720
 
 
 @dataclass(frozen=True)
@@ -83,6 +83,7 @@ def test_they_have_the_distribution_that_is_known(
 ) -> None:
     off, ratio = off_and_ratio(varied(problem, known, monkeypatch), known)
     assert len(off) == len(HYPERPARAMETERS)
+    # Five other seeds gave 0.05 to 0.09; a third as many sweeps gave up to 0.17.
     assert off.max() < 0.15
     assert ratio.min() > 0.9
     assert ratio.max() < 1.1

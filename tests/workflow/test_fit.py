@@ -24,7 +24,9 @@ from tests.reporting.page import Page
 
 DRIVE = Path(str(shipped("datasets"))) / "wearing-csf-25-80"
 LOOP = DRIVE / "loops" / "t05.csv"
-SHORT = replace(QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40, refits=0)
+SHORT = replace(
+    QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40, further_steps=0, refits=0
+)
 DIMS = ("ensemble", "walker", "step")
 FILES = ["posterior.nc", "report.html", "summary.json"]
 

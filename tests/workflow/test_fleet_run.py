@@ -16,7 +16,9 @@ from hdprog.inference.until_converged import QUICK
 from tests.reporting.page import Page
 from tests.workflow.test_run import edit, subset
 
-SHORT = replace(QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40, refits=0)
+SHORT = replace(
+    QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40, further_steps=0, refits=0
+)
 
 
 @pytest.fixture(name="folder")

@@ -28,7 +28,9 @@ LIMITS = [
     "secant_stiffness_Nm_per_rad",
     "hysteresis_width_arcmin",
 ]
-SHORT = replace(QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40, refits=0)
+SHORT = replace(
+    QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40, further_steps=0, refits=0
+)
 
 
 def subset(folder: Path, tests: Sequence[str]) -> Path:
