@@ -65,9 +65,14 @@ def _pair(name: str, quantity: str, one: Fit, two: Fit) -> Pair:
 
 
 def pooled_chi_square(groups: Mapping[str, Sequence[Fit]], quantity: str) -> tuple[float, int]:
-    """Sum over the groups of squared distances from their weighted mean, and its degrees."""
+    """Sum over the groups of squared distances from their weighted mean, and its degrees.
+
+    Groups of which a fit holds the quantity for certain (no slip, no width) are left out.
+    """
     total, degrees = 0.0, 0
     for fits in groups.values():
+        if not all(fit.sd[quantity] > 0 for fit in fits):
+            continue
         mean = np.array([fit.mean[quantity] for fit in fits])
         weight = np.array([fit.sd[quantity] for fit in fits]) ** -2.0
         total += float(weight @ (mean - np.average(mean, weights=weight)) ** 2)

@@ -197,6 +197,7 @@ def _wider(
                     one.sd[quantity] / other.sd[quantity]
                     for name, many in widened.items()
                     for one, other in zip(many, white[name], strict=True)
+                    if other.sd[quantity] > 0
                 ]
             )
         )
