@@ -6,6 +6,7 @@ import numpy as np
 
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.kalman_filter import RATE, RUNNING_IN
+from hdprog.trend.smoother import walked
 from hdprog.trend.state_space import Steps
 from hdprog.trend.wear_prior import RateAhead
 
@@ -29,7 +30,7 @@ def simulate_ahead(
     from where it is, 1 + v times the clock's, and changes by exp(W) with a random walk W: a rate
     does not run below zero, and one that has grown may grow on. W drifts upwards, as the last stage
     of wear is the one that speeds up; where the pace is steady, it stays so. Where the clock has
-    levelled off, wear does not heal.
+    levelled off, wear does not heal. Loadings walk on as before.
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ def simulate_ahead(
     draws, times = steps.wear.shape
     x, c = start
     rate = np.maximum(1.0 + c[:, RATE], _SLOWEST)
-    walk = np.zeros(draws)
+    walk, loadings = np.zeros(draws), c[:, : steps.size]
     states = np.empty((draws, times - first, steps.size))
     for time in range(first, times):
         wear, passed = steps.wear[:, time], steps.passed[:, time]
@@ -59,7 +60,8 @@ def simulate_ahead(
         gained = gained + np.sqrt(steps.shared[:, time]) * common
         gained = gained + steps.settled[:, time] * c[:, RUNNING_IN]
         own = np.sqrt(steps.own[:, time]) * rng.standard_normal((draws, steps.size))
-        x = x + wear[:, None] * c[:, : steps.size] + gained[:, None] * steps.direction + own
+        pace, loadings = walked(loadings, steps.loading_walk[:, time], rng)
+        x = x + wear[:, None] * pace + gained[:, None] * steps.direction + own
         walk = walk + drift + departure * turn
         states[:, time - first] = x
     return states

@@ -322,5 +322,5 @@ class StepAt:
 
     def _states(self, rng: np.random.Generator) -> FloatArray:
         seen = self.step.seen
-        states, _ = draw(self.predictor.steps, seen.observations, self.scatter, rng)
-        return seen.draw_measured(states, self.scatter, rng)
+        course = draw(self.predictor.steps, seen.observations, self.scatter, rng)
+        return seen.draw_measured(course.states, self.scatter, rng)

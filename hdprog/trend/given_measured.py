@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.kalman_filter import Kept, carried_at_first, carries_of, run_filter
-from hdprog.trend.smoother import correct, simulate
+from hdprog.trend.smoother import Course, correct, simulate
 from hdprog.trend.state_space import Steps
 
 
@@ -110,8 +110,8 @@ class GivenMeasured:
         along: Steps,
         which: NDArray[np.intp],
         rng: np.random.Generator,
-    ) -> tuple[FloatArray, FloatArray]:
-        """Draw states given what the tests met, one path for each draw.
+    ) -> Course:
+        """Draw a course given what the tests met, one path for each draw.
 
         Parameters
         ----------
@@ -119,18 +119,13 @@ class GivenMeasured:
         along : steps along the times
         which : (times,) test at each time, −1 for none
         rng : source of randomness
-
-        Returns
-        -------
-        states (draws, times, n), and what the last carries
         """
         seen = (which >= 0)[None, :, None]
         precision = self.precision[:, which] * seen[..., None]
-        states, carried = simulate(along, rng)
+        course = simulate(along, rng)
         # Noise of covariance Λ: its Cholesky factor is that of the inverse covariance.
-        noise = rng.standard_normal(states.shape)[..., None]
+        noise = rng.standard_normal(course.states.shape)[..., None]
         noise = np.matmul(np.linalg.cholesky(self.precision)[:, which], noise)[..., 0]
-        off = measured[:, which] - states
+        off = measured[:, which] - course.states
         beyond = (np.matmul(precision, off[..., None])[..., 0] - noise) * seen
-        found = correct(along, precision, beyond)
-        return states + found[0], carried + found[1]
+        return course.corrected(correct(along, precision, beyond))

@@ -35,7 +35,7 @@ def joint_gaussian(
     wear, passed, settled = (
         _since_beginning(each, steps.begins) for each in (steps.wear, steps.passed, steps.settled)
     )
-    lead, integral = _of_departure(steps)
+    lead, integral = _integrated_walk(steps.passed, steps.departure, steps.begins)
     own = _since_beginning(steps.own, steps.begins)
     shared = _since_beginning(steps.shared, steps.begins)
 
@@ -46,6 +46,7 @@ def joint_gaussian(
     loading_variance = np.broadcast_to(steps.loading_variance, (draws, count))
     alone = own[:, early] + steps.initial_variance
     alone += (wear[:, :, None] * wear[:, None, :])[..., None] * loading_variance[:, None, None, :]
+    alone += _of_loading_walk(steps, wear)
     warming = steps.warming
     if warming is not None:
         warmth = np.outer(warming.warmth, warming.warmth)
@@ -67,21 +68,43 @@ def joint_gaussian(
     return mean, covariance.reshape(draws, tests * count, tests * count)
 
 
-def _of_departure(steps: Steps) -> tuple[FloatArray, FloatArray]:
-    """Covariance of the rate's departure v with its integral, and variance of that, at the tests.
+def _of_loading_walk(steps: Steps, wear: FloatArray) -> FloatArray:
+    """Covariance (draws, tests, tests, n) that the walks of the loadings add to each coordinate.
 
-    (draws, tests) each.
+    `wear` (draws, tests) since the drive began.
     """
-    rate, lead, integral = np.zeros((3, *steps.wear.shape))
-    for test in range(steps.wear.shape[1]):
-        gone, gained = steps.passed[:, test], steps.departure[:, test]
-        rate[:, test], lead[:, test] = gained, gained * gone / 2
-        integral[:, test] = gained * gone**2 / 3
-        if not steps.begins[test]:
+    every = np.arange(wear.shape[1])
+    early, late = np.minimum.outer(every, every), np.maximum.outer(every, every)
+    lead, integral = _integrated_walk(steps.wear[..., None], steps.loading_walk, steps.begins)
+    later = wear[:, late] - wear[:, early]
+    return np.asarray(integral[:, early] + lead[:, early] * later[..., None])
+
+
+def _integrated_walk(
+    gone: FloatArray, gained: FloatArray, begins: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray]:
+    """Covariance of a walk with its integral, and variance of that, at the tests.
+
+    Parameters
+    ----------
+    gone : (draws, tests) or (draws, tests, 1) increment of what the walk is integrated over
+    gained : (draws, tests, ...) variance that the walk gains meanwhile
+    begins : (tests,) where both begin at zero
+
+    Returns
+    -------
+    as `gained`, each
+    """
+    rate, lead, integral = np.zeros((3, *gained.shape))
+    for test in range(begins.size):
+        by, more = gone[:, test], gained[:, test]
+        rate[:, test], lead[:, test] = more, more * by / 2
+        integral[:, test] = more * by**2 / 3
+        if not begins[test]:
             before = test - 1
-            integral[:, test] += integral[:, before] + 2 * gone * lead[:, before]
-            integral[:, test] += gone**2 * rate[:, before]
-            lead[:, test] += lead[:, before] + gone * rate[:, before]
+            integral[:, test] += integral[:, before] + 2 * by * lead[:, before]
+            integral[:, test] += by**2 * rate[:, before]
+            lead[:, test] += lead[:, before] + by * rate[:, before]
             rate[:, test] += rate[:, before]
     return lead, integral
 

@@ -97,14 +97,19 @@ class Predicted:
         passed = steps.passed[:, time]
         departure = steps.departure[:, time]  # spread evenly over what has passed
         shared = steps.shared[:, time] + departure * passed**2 / 3
+        wear, walk = steps.wear[:, time, None], steps.loading_walk[:, time]
+        alone = steps.own[:, time] + walk * wear**2 / 3  # a walk and its mean over the stretch
+        each = np.arange(steps.size)
         self.x = self.x + (moves @ self.c[..., None])[..., 0]
         self.xx = self.xx + cross + np.swapaxes(cross, -1, -2)
         self.xx += carried @ np.swapaxes(moves, -1, -2)
         self.xx += shared[:, None, None] * direction
-        self.xx += steps.own[:, time, :, None] * np.eye(steps.size)
+        self.xx[:, each, each] += alone
         self.xc = self.xc + carried
+        self.xc[:, each, each] += walk * wear / 2
         self.xc[..., RATE] += (departure * passed / 2)[:, None] * steps.direction
         self.cc = self.cc.copy()
+        self.cc[:, each, each] += walk
         self.cc[..., RATE, RATE] += departure
 
 

@@ -1,16 +1,17 @@
 """The trend as a linear state-space model, given its few hyperparameters.
 
-    x(t) = x_0 + L·w(t) + m·(r·(1 − exp(−u/ρ)) + ∫v du) + d(t)     state, n numbers
+    x(t) = x_0 + ∫L dw + m·(r·(1 − exp(−u/ρ)) + ∫v du) + d(t)     state, n numbers
     x_j  = x(t_j) + e_j                                            what test j meets
 
 The state is the 8 wear coordinates and the amplitudes of lasting effects that are followed.
 x_0 has the loop's prior, once a drive; the loadings L a Gaussian around the direction of wear m.
 Running-in leaves r, a Gaussian, within the first hours; without it, it would pass for a clock that
 slows down. The rate of wear departs from the clock's by v, a random walk from zero over the
-logarithm of the expected wear u (a local linear trend); d is a random walk over it (a Wiener
-process with a time-scale transformation), along m and of every coordinate alone. e_j is the
-scatter of remounting. Where tests differ in temperature, x stands for x(t) + β·δ(t), the state as
-warm as the drive was (see `hdprog.trend.temperature`).
+logarithm of the expected wear u (a local linear trend), and so does every loading from where it
+began: what wears at different places need not keep step. d is a random walk over the expected
+wear (a Wiener process with a time-scale transformation), along m and of every coordinate alone.
+e_j is the scatter of remounting. Where tests differ in temperature, x stands for x(t) + β·δ(t),
+the state as warm as the drive was (see `hdprog.trend.temperature`).
 """
 
 from __future__ import annotations
@@ -41,6 +42,8 @@ HYPERPARAMETERS: tuple[str, ...] = (
     LOAD_SHARE,
 )
 """Sampled as standard normal deviates, one column each."""
+BY_DRAW = ("wear", "settled", "passed", "lived", "departure", "shared", "own", "loading_walk")
+"""Fields of `Steps` with a row for each draw and a column for each time."""
 _SETTLING = 0.02  # units of wear before which the rate is not spoken of
 
 
@@ -184,6 +187,7 @@ class Steps:
     departure : (draws, times) variance that the rate's departure v gains meanwhile
     shared : (draws, times) variance added along the direction of wear
     own : (draws, times, n) variance added to each coordinate
+    loading_walk : (draws, times, n) variance that each loading gains meanwhile
     warming : what temperature does; None where it does not count
     """
 
@@ -201,6 +205,7 @@ class Steps:
     departure: FloatArray
     shared: FloatArray
     own: FloatArray
+    loading_walk: FloatArray
     warming: Warming | None = None
 
     @property
@@ -229,6 +234,7 @@ class Steps:
         settled = -np.expm1(-expected / values.running_in_length[:, None])
         wandered = values.own_volatility[:, None] ** 2 * counted
         own = wandered[..., None] * wear_prior.drift_scales**2
+        own_pace = (wear_prior.own_pace.spread * values.own_volatility)[:, None] ** 2 * lived
         found = timeline.temperatures
         warming = None if found is None else Warming.of(found, timeline.begins, wear_prior)
         return Steps(
@@ -246,13 +252,13 @@ class Steps:
             values.rate_volatility[:, None] ** 2 * lived,
             values.volatility[:, None] ** 2 * counted,
             own + timeline.event_variance,
+            own_pace[..., None] * wear_prior.drift_scales**2,
             warming,
         )
 
     def rows(self, chosen: NDArray[np.intp]) -> Steps:
-        """Keep some of the draws."""
-        by_draw = ("wear", "settled", "passed", "lived", "departure", "shared", "own")
-        kept = {name: getattr(self, name)[chosen] for name in by_draw}
+        """Keep some of the draws, in any order and as often as they are asked for."""
+        kept = {name: getattr(self, name)[chosen] for name in BY_DRAW}
         mean, variance = self.loading_mean, self.loading_variance
         kept["loading_mean"] = mean if len(mean) == 1 else mean[chosen]
         kept["loading_variance"] = variance if variance.ndim == 1 else variance[chosen]
@@ -260,18 +266,9 @@ class Steps:
 
     def upto(self, times: int) -> Steps:
         """Keep the first few times only."""
-        return replace(
-            self,
-            begins=self.begins[:times],
-            wear=self.wear[:, :times],
-            settled=self.settled[:, :times],
-            passed=self.passed[:, :times],
-            lived=self.lived[:, :times],
-            departure=self.departure[:, :times],
-            shared=self.shared[:, :times],
-            own=self.own[:, :times],
-            warming=None if self.warming is None else self.warming.upto(times),
-        )
+        kept = {name: getattr(self, name)[:, :times] for name in BY_DRAW}
+        warming = None if self.warming is None else self.warming.upto(times)
+        return replace(self, begins=self.begins[:times], warming=warming, **kept)
 
 
 def _increments(values: FloatArray, begins: NDArray[np.bool_]) -> FloatArray:

@@ -58,8 +58,8 @@ def warmth_added(trend: Trend, rng: np.random.Generator, draws: int) -> FloatArr
     added = []
     # A replaced drive has its own change by 10 K, which its own tests tell.
     for start, end in zip(first, [*first[1:], len(trend.tests)], strict=True):
-        _, carried = given.draw_behind(met.measured, steps.upto(end), np.arange(end), rng)
-        warmer = per_step_of_warmth(steps, carried)
+        course = given.draw_behind(met.measured, steps.upto(end), np.arange(end), rng)
+        warmer = per_step_of_warmth(steps, course.carried)
         doubt = np.sqrt(warming.doubt[start:end])
         warmth = warming.warmth[start:end] + doubt * rng.standard_normal((draws, end - start))
         added.append(warmth[..., None] * warmer[:, None])

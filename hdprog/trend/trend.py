@@ -147,12 +147,13 @@ class Trend(LinearisedTrend):
         timeline, which = Timeline.of(self.tests, clock, self.wear_prior, hours)
         steps = Steps.of(timeline, values, self._state_prior, self.wear_prior)
         behind = int(np.flatnonzero(which >= 0)[-1]) + 1
-        states, carried = self.given(values).draw_behind(
+        course = self.given(values).draw_behind(
             met.measured, steps.upto(behind), which[:behind], rng
         )
-        states = within_reach(steps, states)
-        now = at_reference(steps, states[:, -1], carried, behind - 1)
-        ahead = simulate_ahead(steps, rng, (now, carried), behind, self.wear_prior.rate_ahead)
+        states = within_reach(steps, course.states)
+        now = at_reference(steps, states[:, -1], course.carried, behind - 1)
+        start = (now, course.carried)
+        ahead = simulate_ahead(steps, rng, start, behind, self.wear_prior.rate_ahead)
         present = now[:, _B]
         floor = self.wear_prior.floor(np.exp(present), rng.uniform(size=present.size))
         ahead = worn_ahead(steps, now, ahead, floor)
@@ -162,7 +163,7 @@ class Trend(LinearisedTrend):
             self.wear_prior.loading_mean,
             steps.shared[:, which < 0],
             steps.own[:, which < 0],
-            per_step_of_warmth(steps, carried),
+            per_step_of_warmth(steps, course.carried),
         )
 
     def measured(self, rng: np.random.Generator, draws: int = 500) -> FloatArray:
@@ -177,8 +178,8 @@ class Trend(LinearisedTrend):
         prior, met = self.wear_prior, self.met.thinned(draws, rng)
         given = self.given(Hyperparameters.of(met.deviates, prior))
         every = np.arange(len(self.tests))
-        _, carried = given.draw_behind(met.measured, given.steps, every, rng)
-        departure = carried[:, : prior.loading_mean.size] - prior.loading_mean
+        course = given.draw_behind(met.measured, given.steps, every, rng)
+        departure = course.loadings - prior.loading_mean
         return prior.deviates(met.deviates), (departure / prior.loading_sd)[:, : len(NAMES)]
 
     def hyperparameters(self) -> Mapping[str, FloatArray]:

@@ -77,6 +77,17 @@ class RateAhead(_Strict):
     drift: float
 
 
+class OwnPace(_Strict):
+    """How each coordinate's change per unit of wear walks by itself.
+
+    Attributes
+    ----------
+    spread : of its walk while wear grows to e times itself, over `own_volatility`, in drift scales
+    """
+
+    spread: float = Field(ge=0)
+
+
 class Curvature(_Strict):
     """Curvature κ of the wear clock: zero for most of the prior, continuous from there."""
 
@@ -121,6 +132,7 @@ class WearPrior(_Strict):
     rate_volatility: LogNormal
     rate_ahead: RateAhead
     own_volatility: LogNormal
+    own_pace: OwnPace
     remounting_scatter: LogNormal
     load_share: Share
     drift_scale: dict[str, float]

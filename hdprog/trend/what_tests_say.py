@@ -57,8 +57,7 @@ def told_early(trend: LinearisedTrend, rng: np.random.Generator) -> ToldEarly:
     def loadings_of(deviates: FloatArray, prior: WearPrior, rng: np.random.Generator) -> FloatArray:
         values = Hyperparameters.of(deviates, prior)
         steps = Steps.of(timeline, values, state_prior, prior)
-        _, carried = draw(steps, seen, values.scatter, rng)
-        departure = carried[:, : prior.loading_mean.size] - prior.loading_mean
+        departure = draw(steps, seen, values.scatter, rng).loadings - prior.loading_mean
         return np.asarray((departure / prior.loading_sd)[:, : len(NAMES)])
 
     draws, said = trend.draws, None

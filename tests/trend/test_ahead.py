@@ -37,6 +37,7 @@ def steps(draws: int, volatility: float = 0.0) -> Steps:
         volatility**2 * lived,
         nothing,
         nothing[..., None],
+        nothing[..., None],
     )
 
 

@@ -38,7 +38,7 @@ def change_found(precision: float, points: np.ndarray) -> float:
         for point in points
     ]
     seen = Observations.of(loops, wear_prior.scales)
-    states, _ = smooth(steps, *seen.behind_scatter(values.scatter)[:2])
+    states = smooth(steps, *seen.behind_scatter(values.scatter)[:2]).states
     return float(states[0, -1, T_I] - states[0, 0, T_I])
 
 

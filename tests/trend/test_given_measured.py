@@ -32,7 +32,7 @@ def given(deviates: np.ndarray) -> GivenMeasured:
 
 
 def drawn(steps: Steps, rng: np.random.Generator) -> np.ndarray:
-    return simulate(steps, rng)[0]
+    return simulate(steps, rng).states
 
 
 def test_squares_are_those_of_the_dense_gaussian() -> None:
@@ -65,8 +65,8 @@ def test_states_behind_have_the_mean_and_spread_of_the_dense_gaussian() -> None:
     steps, _ = trend_at(many)
     repeated = np.broadcast_to(measured, (count, *measured.shape))
     which = np.arange(HOURS.size)
-    states, carried = given(many).draw_behind(repeated, steps, which, rng)
-    flat = states.reshape(count, -1)
+    course = given(many).draw_behind(repeated, steps, which, rng)
+    flat = course.states.reshape(count, -1)
     assert np.abs((flat.mean(axis=0) - mean) / spread).max() < 0.06
     assert flat.std(axis=0) / spread == pytest.approx(1.0, abs=0.05)
-    assert carried.shape == (count, steps.carried)
+    assert course.carried.shape == (count, steps.carried)

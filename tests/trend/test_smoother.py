@@ -17,6 +17,7 @@ WEAR_PRIOR = read_wear_prior()
 STATE = StatePrior(np.linspace(-1.0, 1.0, 8), np.linspace(0.5, 2.0, 8))
 AGE = np.array([0.0, 300.0, 300.0, 800.0, 0.0, 500.0])
 BEGINS = np.array([True, False, False, False, True, False])
+FINE = 2000
 
 
 def model(draws: int, rng: np.random.Generator) -> tuple[Steps, np.ndarray]:
@@ -57,18 +58,18 @@ def dense(steps: Steps, number: int) -> tuple[np.ndarray, np.ndarray]:
         running_in = np.zeros((6, 8, 1))
         running_in[start:end, :, 0] = np.outer(settled, steps.direction)
         parts += [initial, loading, np.sqrt(steps.running_in[1]) * running_in]
-        # The rate's departure: its integral as a fine sum over the walk's increments, whose
-        # variance is spread evenly over what passes between two times.
-        fine, done = 2000, 0.0
+        # The rate's departure and the loadings' walks: integrals as fine sums over a walk's
+        # increments, whose variance is spread evenly over what passes between two times.
         for time in range(start, end):
-            gone = steps.passed[number, time]
-            middles = done + (np.arange(fine) + 0.5) / fine * gone
-            size = np.sqrt(steps.departure[number, time] / fine)
-            integral = np.zeros((6, 8, fine))
-            reach = np.maximum(passed[:, None] - middles, 0.0) * size
+            reach = fine_reach(passed, time - start) * np.sqrt(steps.departure[number, time])
+            integral = np.zeros((6, 8, FINE))
             integral[start:end] = reach[:, None, :] * steps.direction[:, None]
             parts.append(integral)
-            done += gone
+            reach = fine_reach(wear, time - start)
+            for place, variance in enumerate(steps.loading_walk[number, time]):
+                walk = np.zeros((6, 8, FINE))
+                walk[start:end, place] = np.sqrt(variance) * reach
+                parts.append(walk)
         for time in range(start, end):
             shared, own = np.zeros((6, 8, 1)), np.zeros((6, 8, 8))
             shared[time:end, :, 0] = np.sqrt(steps.shared[number, time]) * steps.direction
@@ -76,6 +77,13 @@ def dense(steps: Steps, number: int) -> tuple[np.ndarray, np.ndarray]:
             parts += [shared, own]
     factor = np.concatenate([part.reshape(48, -1) for part in parts], axis=1)
     return mean.ravel(), factor @ factor.T
+
+
+def fine_reach(course: np.ndarray, time: int) -> np.ndarray:
+    """(times, FINE) how far a unit walk's increments before a time reach along a rising course."""
+    before = course[time - 1] if time else 0.0
+    middles = before + (np.arange(FINE) + 0.5) / FINE * (course[time] - before)
+    return np.maximum(course[:, None] - middles, 0.0) / np.sqrt(FINE)
 
 
 def block_diagonal(blocks: np.ndarray) -> np.ndarray:
@@ -95,7 +103,7 @@ def case() -> tuple[Steps, np.ndarray, list[Information]]:
 def test_smoothed_states_equal_the_dense_solution(case) -> None:
     steps, scatter, seen = case
     precision, information, _ = Observations.of(seen, WEAR_PRIOR.scales).behind_scatter(scatter)
-    states, _ = smooth(steps, precision, information)
+    states = smooth(steps, precision, information).states
     for number in range(3):
         mean, covariance = joint_prior(steps, number)
         whole = block_diagonal(precision[number])
@@ -106,22 +114,7 @@ def test_smoothed_states_equal_the_dense_solution(case) -> None:
 
 def joint_prior(steps: Steps, number: int) -> tuple[np.ndarray, np.ndarray]:
     """Mean and covariance of the states from the closed form that relinearisation uses."""
-    one = Steps(
-        steps.initial_mean,
-        steps.initial_variance,
-        steps.loading_mean,
-        steps.loading_variance,
-        steps.direction,
-        steps.running_in,
-        steps.begins,
-        steps.wear[number : number + 1],
-        steps.settled[number : number + 1],
-        steps.passed[number : number + 1],
-        steps.lived[number : number + 1],
-        steps.departure[number : number + 1],
-        steps.shared[number : number + 1],
-        steps.own[number : number + 1],
-    )
+    one = steps.rows(np.array([number]))
     joint = JointPrior.of(one, 1e-3, np.ones(8))
     return joint.mean.ravel(), np.linalg.inv(joint.precision) - 1e-6 * np.eye(48)
 
@@ -160,21 +153,9 @@ def test_evidence_is_the_density_of_the_data(case) -> None:
 def test_draws_have_the_dense_mean_and_covariance(case) -> None:
     """2 000 draws; bounds of 4.5 standard errors over 96 numbers: one false alarm in 1 000."""
     steps, scatter, seen = case
-    one = Steps(
-        steps.initial_mean,
-        steps.initial_variance,
-        steps.loading_mean,
-        steps.loading_variance,
-        steps.direction,
-        steps.running_in,
-        steps.begins,
-        *(
-            np.repeat(getattr(steps, name)[:1], 2000, axis=0)
-            for name in ("wear", "settled", "passed", "lived", "departure", "shared", "own")
-        ),
-    )
+    one = steps.rows(np.zeros(2000, dtype=np.intp))
     observed = Observations.of(seen, WEAR_PRIOR.scales)
-    states, _ = draw(one, observed, np.repeat(scatter[:1], 2000), np.random.default_rng(5))
+    states = draw(one, observed, np.repeat(scatter[:1], 2000), np.random.default_rng(5)).states
     mean, covariance = joint_prior(steps, 0)
     precision, information, _ = observed.behind_scatter(scatter[:1])
     whole = block_diagonal(precision[0])

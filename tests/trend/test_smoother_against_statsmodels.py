@@ -64,7 +64,12 @@ class Case:
             noise = np.zeros_like(matrix)
             # A walk and its integral over the same stretch.
             along = steps.shared[number, time] + change * gone**2 / 3
-            noise[:COUNT, :COUNT] = along * np.outer(m, m) + np.diag(steps.own[number, time])
+            walk, wear = steps.loading_walk[number, time], steps.wear[number, time]
+            own = steps.own[number, time] + walk * wear**2 / 3
+            noise[:COUNT, :COUNT] = along * np.outer(m, m) + np.diag(own)
+            noise[:COUNT, COUNT : 2 * COUNT] = np.diag(walk * wear / 2)
+            noise[COUNT : 2 * COUNT, :COUNT] = np.diag(walk * wear / 2)
+            noise[COUNT : 2 * COUNT, COUNT : 2 * COUNT] = np.diag(walk)
             noise[:COUNT, -1] = noise[-1, :COUNT] = change * gone / 2 * m
             noise[-1, -1] = change
             if BEGINS[time]:
@@ -108,11 +113,14 @@ def case() -> Case:
 
 def test_states_are_those_of_statsmodels(case: Case) -> None:
     precision, information, _ = case.observed.behind_scatter(case.scatter)
-    states, carried = smooth(case.steps, precision, information)
+    found = smooth(case.steps, precision, information)
     for number in range(DRAWS):
         wanted = case.peer(number).smooth().smoothed_state
-        np.testing.assert_allclose(states[number], wanted[:COUNT].T, rtol=1e-8, atol=1e-8)
-        np.testing.assert_allclose(carried[number], wanted[COUNT:, -1], rtol=1e-8, atol=1e-8)
+        np.testing.assert_allclose(found.states[number], wanted[:COUNT].T, rtol=1e-8, atol=1e-8)
+        np.testing.assert_allclose(found.carried[number], wanted[COUNT:, -1], rtol=1e-8, atol=1e-8)
+        # The last drive's first test is when it is new: its loadings have not walked yet.
+        began = wanted[COUNT : 2 * COUNT, np.flatnonzero(BEGINS)[-1]]
+        np.testing.assert_allclose(found.loadings[number], began, rtol=1e-8, atol=1e-8)
 
 
 def test_the_evidence_is_the_likelihood_of_statsmodels(case: Case) -> None:

@@ -122,7 +122,12 @@ def dense(case: Case, number: int) -> tuple[list[Affine], list[Affine]]:
         turn = np.sqrt(steps.departure[number, time])
         # A walk over the stretch, and its mean there: v + turn·(z₁/2 + z₂/√12).
         both = sources.draw(np.zeros(2), turn * np.array([[1.0, 0.0], [0.5, np.sqrt(1 / 12)]]))
-        x = x + loading.times(steps.wear[number, time] * np.eye(COUNT))
+        walk = np.sqrt(steps.loading_walk[number, time])
+        turned = sources.diagonal(nothing, walk)
+        lead = sources.diagonal(nothing, walk / np.sqrt(12))
+        pace = loading + turned.times(0.5 * np.eye(COUNT)) + lead
+        x = x + pace.times(steps.wear[number, time] * np.eye(COUNT))
+        loading = loading + turned
         x = x + run_in.times(steps.settled[number, time] * m)
         x = x + (rate + both.times(np.array([[0.0, 1.0]]))).times(gone * m)
         x = x + sources.draw(nothing, np.sqrt(steps.shared[number, time]) * m)
@@ -180,27 +185,18 @@ def test_smoothed_states_and_their_change_by_warmth_are_those_of_the_dense_solut
     case: Case,
 ) -> None:
     precision, information, _ = case.seen.observations.behind_scatter(case.scatter)
-    states, carried = smooth(case.steps, precision, information)
-    warmer = per_step_of_warmth(case.steps, carried)
+    course = smooth(case.steps, precision, information)
+    warmer = per_step_of_warmth(case.steps, course.carried)
     for number in range(DRAWS):
         both, _, read, data = readings(case, number)
         expected, _ = given_readings(both, read, data)
-        found = np.concatenate([states[number].ravel(), warmer[number]])
+        found = np.concatenate([course.states[number].ravel(), warmer[number]])
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8)
 
 
 def test_the_joint_prior_is_that_of_what_was_met(case: Case) -> None:
     for number in range(DRAWS):
-        one = replace(
-            case.steps,
-            **{
-                name: getattr(case.steps, name)[number : number + 1]
-                for name in (
-                    *("wear", "settled", "passed", "lived"),
-                    *("departure", "shared", "own"),
-                )
-            },
-        )
+        one = case.steps.rows(np.array([number]))
         joint = JointPrior.of(one, float(case.scatter[number]), WEAR_PRIOR.scales)
         _, met, _, _ = readings(case, number)
         np.testing.assert_allclose(joint.mean.ravel(), met.mean, rtol=0, atol=1e-12)
@@ -225,15 +221,9 @@ def test_a_wrong_temperature_would_show(case: Case, fault: str) -> None:
 def test_draws_of_what_was_met_have_the_dense_mean_and_spread(case: Case) -> None:
     """4 000 draws; 5 standard errors over 96 numbers: one false alarm in 10 000."""
     many = 4000
-    steps = replace(
-        case.steps,
-        **{
-            name: np.repeat(getattr(case.steps, name)[:1], many, axis=0)
-            for name in ("wear", "settled", "passed", "lived", "departure", "shared", "own")
-        },
-    )
+    steps = case.steps.rows(np.zeros(many, dtype=np.intp))
     rng, scatter = np.random.default_rng(5), np.repeat(case.scatter[:1], many)
-    states, _ = draw(steps, case.seen.observations, scatter, rng)
+    states = draw(steps, case.seen.observations, scatter, rng).states
     found = case.seen.draw_measured(states, scatter, rng).reshape(many, -1)
     _, met, read, data = readings(case, 0)
     mean, covariance = given_readings(met, read, data)

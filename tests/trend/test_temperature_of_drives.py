@@ -85,17 +85,17 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
         change = WEAR_PRIOR.warmer_mean + WEAR_PRIOR.warmer_sd * rng.standard_normal(8)
         blank = [Reading(hours, STATE.mean, None) for hours in HOURS]
         timeline, _ = Timeline.of(blank, ServiceClock.of(blank), WEAR_PRIOR)
-        course = simulate(Steps.of(timeline, values, STATE, WEAR_PRIOR), rng)[0][0]
+        course = simulate(Steps.of(timeline, values, STATE, WEAR_PRIOR), rng).states[0]
         tests = readings(course, change, size, rng)
         clock = ServiceClock.of(tests)
         timeline, _ = Timeline.of(tests, clock, WEAR_PRIOR)
         steps = Steps.of(timeline, many, STATE, WEAR_PRIOR)
         loops = [Information(np.eye(8) / READ**2, test.wear / READ**2, 0.0) for test in tests]
         seen = SeenTests.of(loops, tests, WEAR_PRIOR).observations
-        states, carried = draw(steps, seen, many.scatter, rng)
-        last = at_reference(steps, states[:, -1], carried, HOURS.size - 1)
+        behind = draw(steps, seen, many.scatter, rng)
+        last = at_reference(steps, behind.states[:, -1], behind.carried, HOURS.size - 1)
         for number, (found, truth) in enumerate(
-            [(last, course[-1]), (per_step_of_warmth(steps, carried), change)]
+            [(last, course[-1]), (per_step_of_warmth(steps, behind.carried), change)]
         ):
             low, high = np.quantile(found, [0.05, 0.95], axis=0)
             held[number] += (low < truth) & (truth < high)

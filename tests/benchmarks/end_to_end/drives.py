@@ -178,7 +178,10 @@ def until_now(steps: Steps, rng: np.random.Generator) -> tuple[FloatArray, Float
         meanwhile = rate + departure * (turn / 2 + lead / np.sqrt(12))
         along = steps.settled[0, time] * extent + passed * meanwhile
         along += np.sqrt(steps.shared[0, time]) * common
-        x = x + loadings * steps.wear[0, time] + along * steps.direction
+        walk, ends = np.sqrt(steps.loading_walk[0, time]), rng.standard_normal(size)
+        pace = loadings + walk * (ends / 2 + rng.standard_normal(size) / np.sqrt(12))
+        loadings = loadings + walk * ends
+        x = x + pace * steps.wear[0, time] + along * steps.direction
         x = x + np.sqrt(steps.own[0, time]) * rng.standard_normal(size)
         rate += departure * turn
         states.append(x)

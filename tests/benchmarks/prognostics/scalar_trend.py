@@ -42,6 +42,7 @@ def of_one_figure(steps: Steps) -> Steps:
         loading_variance=steps.loading_variance[..., [AT]],
         direction=steps.direction[[AT]],
         own=steps.own[..., [AT]],
+        loading_walk=steps.loading_walk[..., [AT]],
     )
 
 
@@ -94,11 +95,12 @@ class ScalarTrend:
         values = Hyperparameters.of(self.draws.thinned(draws, rng), self.wear_prior)
         steps, which = _steps(self.readings, self.wear_prior, values, hours)
         behind = len(self.readings)
-        states, carried = draw(
+        course = draw(
             steps.upto(behind), _observations(self.readings, self.wear_prior), values.scatter, rng
         )
         rate_ahead = self.wear_prior.rate_ahead if ahead is None else ahead
-        found = simulate_ahead(steps, rng, (states[:, -1], carried), behind, rate_ahead)
+        start = (course.states[:, -1], course.carried)
+        found = simulate_ahead(steps, rng, start, behind, rate_ahead)
         margin = 1.0 - found[..., 0]
         wander = steps.shared * steps.direction[0] ** 2 + steps.own[..., 0]
         return first_crossing(hours, [Margins(margin, wander[:, which < 0])])
@@ -117,10 +119,10 @@ class ScalarTrend:
         """Deviates of the loadings (draws, 8), those of the other figures as the prior has them."""
         values = Hyperparameters.of(deviates, prior)
         steps, _ = _steps(self.readings, prior, values)
-        _, carried = draw(steps, _observations(self.readings, prior), values.scatter, rng)
+        course = draw(steps, _observations(self.readings, prior), values.scatter, rng)
         loadings = rng.standard_normal((len(deviates), len(NAMES)))
         mean, sd = prior.loading_mean[AT], prior.loading_sd[AT]
-        loadings[:, AT] = (carried[:, 0] - mean) / sd
+        loadings[:, AT] = (course.loadings[:, 0] - mean) / sd
         return loadings
 
 
