@@ -114,3 +114,15 @@ def test_teeth_that_do_not_wear_set_no_end() -> None:
     direction[B] = 0.3
     ahead = NOW + np.outer([0.5, 5.0], direction)
     np.testing.assert_allclose(worn_out([0.5, 5.0], direction), ahead)
+
+
+def test_a_walking_loading_spreads_the_state_as_its_integral_does() -> None:
+    """20 000 draws: a standard deviation errs by half a per cent; 2.5 % once in a million."""
+    still = steps(20_000)
+    walk = 0.3**2 * still.lived[..., None]
+    found = reached(replace(still, loading_walk=walk), 1.0, RateAhead(spread=1.0, drift=0.0))
+    gone, gained = still.wear[0], walk[0, :, 0]
+    beyond = np.cumsum(gone[::-1])[::-1] - gone
+    variance = np.sum(gained * (beyond**2 + beyond * gone + gone**2 / 3))
+    assert found.mean() == pytest.approx(1.0, abs=5 * np.sqrt(variance / 20_000))
+    assert found.std() == pytest.approx(np.sqrt(variance), rel=0.025)
