@@ -234,7 +234,9 @@ class Steps:
         settled = -np.expm1(-expected / values.running_in_length[:, None])
         wandered = values.own_volatility[:, None] ** 2 * counted
         own = wandered[..., None] * wear_prior.drift_scales**2
-        own_pace = (wear_prior.own_pace.spread * values.own_volatility)[:, None] ** 2 * lived
+        # A steady pace is that of every coordinate.
+        turning = np.where(values.rate_volatility > 0.0, values.own_volatility, 0.0)
+        own_pace = (wear_prior.own_pace.spread * turning)[:, None] ** 2 * lived
         found = timeline.temperatures
         warming = None if found is None else Warming.of(found, timeline.begins, wear_prior)
         return Steps(
