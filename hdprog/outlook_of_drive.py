@@ -17,14 +17,14 @@ from hdprog.physics.effects.base import Effect
 from hdprog.physics.figures import Operation
 from hdprog.results import Forecast, LoadScenario, TrendSummary
 from hdprog.trend.fitting import TrendUnderWay, begin_trend
-from hdprog.trend.fleet import FleetPrior, Said
+from hdprog.trend.fleet import Said
 from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.joint_refit import NONE, Effort
 from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.steady_pace import SteadySaid, Told, pooled_fleet
 from hdprog.trend.wear_clock import hours_by_load, pace_of_load
 from hdprog.trend.wear_prior import WearPrior
-from hdprog.trend.what_tests_say import told_early
+from hdprog.trend.what_tests_say import DEVIATES, told_early
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ def _begin_trend(
     return begin_trend(
         evidence,
         posteriors[0].prior,
-        wear_prior if others is None else wear_prior.learnt_from(pooled(others)),
+        wear_prior if others is None else learnt_from(others, wear_prior),
         np.random.default_rng(seed),
         quick=quick,
         alpha=folder.drive.alpha,
@@ -178,9 +178,11 @@ def _begin_trend(
     )
 
 
-def pooled(others: FinishedRuns) -> FleetPrior:
+def learnt_from(others: FinishedRuns, wear_prior: WearPrior) -> WearPrior:
     """Pool what other drives' tests say of wear; see `hdprog.trend.steady_pace`."""
-    return pooled_fleet([run.drive_id for run in others.runs], [_told(run) for run in others.runs])
+    told = [_told(run) for run in others.runs]
+    within = wear_prior.within_fleet.scales(len(DEVIATES))
+    return wear_prior.learnt_from(pooled_fleet([run.drive_id for run in others.runs], told, within))
 
 
 def _told(run: FinishedRun) -> Told:

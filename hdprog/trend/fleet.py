@@ -7,13 +7,13 @@ of one; for each deviate k of drive i
     z_ik = M_k + ε_ik,   M_k ~ N(0, ρ_k),   ε_ik ~ N(0, 1 − ρ_k)
 
 so that without other drives a drive's prior is the shipped one, and with many it is theirs. The
-share ρ_k is uniform in (0, 1), or log(1 − ρ_k) is where drives of a fleet may hardly differ. Of
-another drive only what its tests say beyond its prior is used, exp(−½ zᵀΛz + ηᵀz), so no prior
-counts twice; pace of wear and loadings are kept together, for their product is known best. The
-posterior of M, ρ and the drives' z is drawn by Gibbs' sampler (the normal hierarchical model:
-Gelman et al., Bayesian Data Analysis, 3rd ed. 2013, section 11.6); what it predicts for the next
-drive is passed on as a Gaussian of its mean and covariance. Drives whose pace is steady are pooled
-beside the others (see `steady_pace`).
+spread within a fleet, √(1 − ρ_k), is half-Cauchy (Gelman, Bayesian Analysis 1, 2006), up to one:
+drives of one fleet are alike until they show that they are not. Of another drive only what its
+tests say beyond its prior is used, exp(−½ zᵀΛz + ηᵀz), so no prior counts twice; pace of wear and
+loadings are kept together, for their product is known best. The posterior of M, ρ and the drives'
+z is drawn by Gibbs' sampler (the normal hierarchical model: Gelman et al., Bayesian Data Analysis,
+3rd ed. 2013, section 11.6); what it predicts for the next drive is passed on as a Gaussian of its
+mean and covariance. Drives whose pace is steady are pooled beside the others (see `steady_pace`).
 """
 
 from __future__ import annotations
@@ -26,12 +26,8 @@ import numpy as np
 
 from hdprog.physics.parameters import NAMES, FloatArray
 
-ANY_SHARE = np.linspace(0.02, 0.98, 49)
-"""Of the spread between fleets, each as likely: where pace wanders, drives of a fleet differ by
-what the model does not know of their wear; taken to be alike, simulated ones left the 50 %
-intervals."""
-HARDLY_DIFFERENT = 1.0 - np.geomspace(0.98, 0.005, 50)
-"""The same for drives whose wear is regular."""
+WITHIN = np.geomspace(0.01, 0.99, 70)
+"""Standard deviations of a deviate within a fleet, √(1 − ρ), that may be."""
 _WARM_UP, _SWEEPS = 200, 1500
 _CHANCE = 1e-3  # of a shift of the mean that is none
 _REACH = 2.0  # spreads of the prior within which draws of it can tell where a likelihood lies
@@ -123,16 +119,14 @@ class FleetPrior:
     chance: float = 0.0
 
     @staticmethod
-    def of(
-        drives: Sequence[str], said: Sequence[Said], shares: FloatArray = ANY_SHARE
-    ) -> FleetPrior:
+    def of(drives: Sequence[str], said: Sequence[Said], within: FloatArray) -> FleetPrior:
         """Pool what each of the drives said; the shipped prior where there is none.
 
         Parameters
         ----------
         drives : their ids
         said : by each
-        shares : of the spread between fleets that may be, all as likely
+        within : (k,) scales of the half-Cauchy prior of the spread within a fleet
         """
         size = said[0].information.size
         rng = np.random.default_rng(_SEED)
@@ -146,7 +140,7 @@ class FleetPrior:
             mean = own.sum(axis=0) / (1.0 - share) / weight
             centre = mean + rng.standard_normal(size) / np.sqrt(weight)
             own, centre = _move_fleet(precision, information, own - centre, share, rng)
-            share = _draw_shares(own, centre, shares, rng)
+            share = 1.0 - _draw_within(own, centre, within, rng) ** 2
             if sweep >= _WARM_UP:
                 means.append(centre)
                 variances.append(1.0 - share)
@@ -221,13 +215,20 @@ def _move_fleet(
     return centre + departure, np.asarray(centre)
 
 
-def _draw_shares(
-    own: FloatArray, centre: FloatArray, shares: FloatArray, rng: np.random.Generator
+def _draw_within(
+    own: FloatArray, centre: FloatArray, scale: FloatArray, rng: np.random.Generator
 ) -> FloatArray:
-    """Draw ρ (k,) given the drives' deviates (drives, k) and the fleet's mean (k,)."""
+    """Draw √(1 − ρ) (k,) given the drives' deviates (drives, k) and the fleet's mean (k,)."""
     squares = ((own - centre) ** 2).sum(axis=0)
-    between, within = shares[:, None], 1.0 - shares[:, None]
-    log_density = -0.5 * (
+    spread = WITHIN[:, None]
+    within, between = spread**2, 1.0 - spread**2
+    log_density = log_prior_of_spread(scale) - 0.5 * (
         np.log(between) + centre**2 / between + len(own) * np.log(within) + squares / within
     )
-    return np.asarray(shares[np.argmax(log_density + rng.gumbel(size=log_density.shape), axis=0)])
+    return np.asarray(WITHIN[np.argmax(log_density + rng.gumbel(size=log_density.shape), axis=0)])
+
+
+def log_prior_of_spread(scale: FloatArray) -> FloatArray:
+    """Log of the half-Cauchy mass (70, k) on `WITHIN`, which is even in the logarithm."""
+    spread = WITHIN[:, None]
+    return np.asarray(np.log(spread) - np.log1p((spread / scale) ** 2))

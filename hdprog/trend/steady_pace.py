@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hdprog.physics.parameters import NAMES, FloatArray
-from hdprog.trend.fleet import HARDLY_DIFFERENT, FleetPrior, Said
+from hdprog.trend.fleet import FleetPrior, Said
 
 CURVATURE, RATE_VOLATILITY = 2, 5
 """Places among `state_space.HYPERPARAMETERS` of those that a steady pace has not."""
@@ -69,9 +69,16 @@ def all_steady(size: int) -> FleetPrior:
     return FleetPrior((), shipped.mean, shipped.covariance, shipped, 1.0)
 
 
-def pooled_fleet(drives: Sequence[str], told: Sequence[Told]) -> FleetPrior:
-    """Pool what drives (ids in the same order) tell, of a steady pace where they do."""
-    pooled = FleetPrior.of(drives, [one.said for one in told])
+def pooled_fleet(drives: Sequence[str], told: Sequence[Told], within: FloatArray) -> FleetPrior:
+    """Pool what drives tell, of a steady pace where they do.
+
+    Parameters
+    ----------
+    drives : ids
+    told : by each
+    within : (k,) how far drives of one fleet may differ; see `FleetPrior.of`
+    """
+    pooled = FleetPrior.of(drives, [one.said for one in told], within)
     steady = {
         drive: one.steady for drive, one in zip(drives, told, strict=True) if one.steady is not None
     }
@@ -79,7 +86,7 @@ def pooled_fleet(drives: Sequence[str], told: Sequence[Told]) -> FleetPrior:
         return pooled
     chance, own = steady_chance(np.array([one.log_odds for one in steady.values()]))
     counted = [one.said.times(share) for one, share in zip(steady.values(), own, strict=True)]
-    beside = FleetPrior.of(tuple(steady), counted, HARDLY_DIFFERENT)
+    beside = FleetPrior.of(tuple(steady), counted, within)
     return FleetPrior(pooled.drives, pooled.mean, pooled.covariance, beside, chance)
 
 

@@ -88,6 +88,27 @@ class OwnPace(_Strict):
     spread: float = Field(ge=0)
 
 
+class WithinFleet(_Strict):
+    """How far drives of one fleet differ, over how far any drives do.
+
+    Attributes
+    ----------
+    wear_rate, clock_and_scatter, loadings : scales of half-Cauchy standard deviations of the
+        deviates of the pace, of the other hyperparameters and of the loadings
+    """
+
+    wear_rate: float = Field(gt=0)
+    clock_and_scatter: float = Field(gt=0)
+    loadings: float = Field(gt=0)
+
+    def scales(self, deviates: int) -> FloatArray:
+        """(deviates,) by deviate: pace, other hyperparameters, loadings of the drive model."""
+        others = deviates - 1 - len(NAMES)
+        return np.repeat(
+            [self.wear_rate, self.clock_and_scatter, self.loadings], [1, others, len(NAMES)]
+        )
+
+
 class Curvature(_Strict):
     """Curvature κ of the wear clock: zero for most of the prior, continuous from there."""
 
@@ -142,13 +163,14 @@ class WearPrior(_Strict):
     floor_b: LogNormal
     regreased: dict[str, float]
     reassembled: dict[str, float]
+    within_fleet: WithinFleet
     followed: int = 0
     fleet: FleetPrior | None = None
 
     @property
     def identity(self) -> str:
         """Digest of what the deviates are of: those of different files do not compare."""
-        content = self.model_dump_json(exclude={"followed", "fleet", "temperature"})
+        content = self.model_dump_json(exclude={"followed", "fleet", "temperature", "within_fleet"})
         return hashlib.sha256(content.encode()).hexdigest()[:16]
 
     def learnt_from(self, fleet: FleetPrior) -> WearPrior:

@@ -25,7 +25,7 @@ from hdprog.parallel import hold_blas_to_one_thread
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.steady_pace import pooled_fleet
 from hdprog.trend.wear_prior import read_wear_prior
-from hdprog.trend.what_tests_say import what_tests_say
+from hdprog.trend.what_tests_say import DEVIATES, what_tests_say
 from tests.benchmarks.prognostics_small import OPERATION, WearingDrive, wearing_drive
 from tests.independent.drives import LAWS
 from tests.trend.stand_in import PRIOR
@@ -64,6 +64,7 @@ def main() -> None:
     options = parser.parse_args()
     hold_blas_to_one_thread()
     shipped = read_wear_prior()
+    within = shipped.within_fleet.scales(len(DEVIATES))
     alone: list[tuple[float, ...]] = []
     taught: list[tuple[float, ...]] = []
     for number in range(options.fleets):
@@ -75,7 +76,7 @@ def main() -> None:
             what_tests_say(fit_trend(one.tests, PRIOR, shipped, rng, quick=True), rng)
             for one in drives[:-1]
         ]
-        fleet = pooled_fleet([str(n) for n in range(options.others)], told)
+        fleet = pooled_fleet([str(n) for n in range(options.others)], told, within)
         alone += scored(drives[-1], shipped, np.random.default_rng([options.seed, number, 1]))
         taught += scored(
             drives[-1], shipped.learnt_from(fleet), np.random.default_rng([options.seed, number, 1])

@@ -6,12 +6,20 @@ import numpy as np
 import pytest
 
 from hdprog.physics.parameters import NAMES
-from hdprog.trend.fleet import ANY_SHARE, HARDLY_DIFFERENT, FleetPrior, Said
+from hdprog.trend.fleet import WITHIN, FleetPrior, Said, log_prior_of_spread
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters
 from hdprog.trend.wear_prior import read_wear_prior
 from hdprog.trend.what_tests_say import DEVIATES
 
 SIZE = len(DEVIATES)
+ALIKE, DIFFERENT = 0.055, 1.0
+"""Scales of the spread within a fleet: the least of the shipped prior's, and any spread."""
+
+
+def pooled(said: list[Said], scale: float) -> FleetPrior:
+    """A fleet whose drives may differ by so much, in every deviate."""
+    drives = [str(number) for number in range(len(said))]
+    return FleetPrior.of(drives, said, np.full(said[0].information.size, scale))
 
 
 def exactly(value: np.ndarray, precision: float) -> Said:
@@ -19,25 +27,41 @@ def exactly(value: np.ndarray, precision: float) -> Said:
     return Said(precision * np.eye(value.size), precision * value)
 
 
-def test_drives_that_say_nothing_leave_the_shipped_prior() -> None:
-    fleet = FleetPrior.of(["a", "b"], [exactly(np.zeros(4), 0.0)] * 2)
+@pytest.mark.parametrize("scale", [ALIKE, DIFFERENT])
+def test_drives_that_say_nothing_leave_the_shipped_prior(scale: float) -> None:
+    fleet = pooled([exactly(np.zeros(4), 0.0)] * 2, scale)
     # Some 1 500 sweeps: means within 0.1, variances within 0.1.
     np.testing.assert_allclose(fleet.mean, 0.0, atol=0.1)
     np.testing.assert_allclose(fleet.covariance, np.eye(4), atol=0.1)
 
 
-def test_many_precise_drives_overrule_the_shipped_prior() -> None:
+@pytest.mark.parametrize("scale", [ALIKE, DIFFERENT])
+def test_many_precise_drives_overrule_the_shipped_prior(scale: float) -> None:
     rng = np.random.default_rng(0)
     told = np.array([1.5, -2.0, 0.0]) + 0.3 * rng.standard_normal((60, 3))
-    fleet = FleetPrior.of([str(n) for n in range(60)], [exactly(one, 1e4) for one in told])
+    fleet = pooled([exactly(one, 1e4) for one in told], scale)
     np.testing.assert_allclose(fleet.mean, told.mean(axis=0), atol=0.05)
     np.testing.assert_allclose(np.sqrt(np.diag(fleet.covariance)), 0.3, rtol=0.3)
 
 
 def test_one_drive_tells_part() -> None:
-    fleet = FleetPrior.of(["a"], [exactly(np.array([2.0, 0.0]), 1e6)])
+    fleet = pooled([exactly(np.array([2.0, 0.0]), 1e6)], DIFFERENT)
     assert 0.5 < fleet.mean[0] < 1.6
     assert 0.5 < fleet.covariance[0, 0] < 1.1
+
+
+def test_of_drives_that_are_alike_one_tells_most() -> None:
+    fleet = pooled([exactly(np.array([2.0, 0.0]), 1e6)], ALIKE)
+    assert 1.5 < fleet.mean[0] < 2.0
+    assert fleet.covariance[0, 0] < 0.5
+
+
+def test_drives_said_to_be_alike_can_show_that_they_are_not() -> None:
+    """Six drives that spread as any drives do: what is passed on is as wide, within a half."""
+    told = np.random.default_rng(6).standard_normal((6, 40))
+    fleet = pooled([exactly(one, 1e6) for one in told], ALIKE)
+    found = np.diag(fleet.covariance)
+    assert 0.5 < float(np.mean(found)) < 1.5
 
 
 def test_deviates_known_by_their_sum_alone_stay_together() -> None:
@@ -45,27 +69,28 @@ def test_deviates_known_by_their_sum_alone_stay_together() -> None:
     along = np.array([[1.0, 1.0], [1.0, 1.0]])
     rng = np.random.default_rng(1)
     said = [Said(400 * along, 400 * (3.0 + 0.1 * rng.standard_normal()) * np.ones(2))] * 12
-    fleet = FleetPrior.of([str(n) for n in range(12)], said)
+    fleet = pooled(said, DIFFERENT)
     spread_of_sum = np.sqrt(fleet.covariance.sum())
     assert fleet.mean.sum() == pytest.approx(3.0, abs=0.3)
     assert spread_of_sum < 0.5
     assert np.sqrt(fleet.covariance[0, 0]) > 0.4
 
 
-@pytest.mark.parametrize("shares", [ANY_SHARE, HARDLY_DIFFERENT], ids=["any", "high"])
+@pytest.mark.parametrize("scale", [ALIKE, 0.14, DIFFERENT])
 @pytest.mark.parametrize("drives", [1, 3, 10])
-def test_the_next_drive_falls_where_the_fleet_says(drives: int, shares: np.ndarray) -> None:
+def test_the_next_drive_falls_where_the_fleet_says(drives: int, scale: float) -> None:
     """Normal scores of the next drive's 40 deviates over 12 fleets; a false alarm in 1 000."""
     rng = np.random.default_rng(drives)
     scores, size = [], 40
+    chances = np.exp(log_prior_of_spread(np.array([scale]))[:, 0])
     for _ in range(12):
-        share = rng.choice(shares, size=size)
+        share = 1.0 - rng.choice(WITHIN, p=chances / chances.sum(), size=size) ** 2
         mean = np.sqrt(share) * rng.standard_normal(size)
         own = mean + np.sqrt(1 - share) * rng.standard_normal((drives + 1, size))
         precision = np.exp(rng.uniform(-1, 3, size=(drives, size)))
         told = own[:-1] + rng.standard_normal((drives, size)) / np.sqrt(precision)
         said = [Said(np.diag(p), p * y) for y, p in zip(told, precision, strict=True)]
-        fleet = FleetPrior.of([str(n) for n in range(drives)], said, shares)
+        fleet = pooled(said, scale)
         scores.extend((own[-1] - fleet.mean) / np.sqrt(np.diag(fleet.covariance)))
     found = np.array(scores)
     error = 3.3 / np.sqrt(found.size)
@@ -132,7 +157,7 @@ def weak_fleet(rng: np.random.Generator, drives: int) -> tuple[np.ndarray, Fleet
     for y, p in zip(told, precision, strict=True):
         draws = p * y / (1 + p) + rng.standard_normal((600, SIZE)) / np.sqrt(1 + p)
         said.append(Said.of(draws, np.zeros(SIZE), np.eye(SIZE), 600.0))
-    return own[-1], FleetPrior.of([str(n) for n in range(drives)], said)
+    return own[-1], pooled(said, DIFFERENT)
 
 
 def test_what_many_drives_hardly_know_adds_up() -> None:
@@ -156,7 +181,7 @@ def test_a_shift_that_all_drives_agree_on_is_learnt_within_reach() -> None:
         draws = rng.standard_normal((600, SIZE))
         draws[:, 5] = -0.35 + 0.95 * draws[:, 5]
         said.append(Said.of(draws, np.zeros(SIZE), np.eye(SIZE), 600.0))
-    fleet = FleetPrior.of([str(n) for n in range(40)], said)
+    fleet = pooled(said, DIFFERENT)
     assert -2.5 < fleet.mean[5] < -1.0
     others = np.delete(fleet.mean, 5)
     assert np.abs(others).max() < 1.0

@@ -8,7 +8,7 @@ import pytest
 from hdprog.physics.parameters import NAMES
 from hdprog.trend.fleet import FleetPrior, Said
 from hdprog.trend.hyperparameters import HyperparameterDraws
-from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters
+from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.steady_evidence import log_likelihood, steady_said
 from hdprog.trend.steady_pace import (
     CURVATURE,
@@ -21,12 +21,15 @@ from hdprog.trend.steady_pace import (
     pooled_fleet,
     steady_chance,
 )
+from hdprog.trend.wear_clock import ServiceClock
+from hdprog.trend.wear_coordinates import StatePrior
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.benchmarks.degradation.series import Series, Study, readings, state_prior, wear_prior
 from tests.benchmarks.prognostics.scalar_trend import ScalarTrend, fit_scalar_trend, fleet_prior
 
 COUNT = len(HYPERPARAMETERS)
 SIZE = COUNT + len(NAMES)
+WITHIN = read_wear_prior().within_fleet.scales(SIZE)
 STUDY = Study("test", "", "", "", "", 0.0, 1.0, 1000.0, 5)
 HOURS = np.array([1.0, *np.arange(100.0, 1000.0, 100.0)])
 
@@ -72,6 +75,20 @@ def test_a_steady_pace_has_no_bend_and_no_random_change() -> None:
     np.testing.assert_allclose(values.volatility, shipped.volatility)
 
 
+def test_a_steady_pace_is_that_of_every_coordinate() -> None:
+    """No loading walks by itself either, where those of the shipped prior do."""
+    tests = readings(Series("", HOURS, HOURS / 1000.0), HOURS.size, state_prior())
+    standard = np.random.default_rng(2).standard_normal((50, COUNT))
+    walks = []
+    for prior in (read_wear_prior().learnt_from(all_steady(SIZE)), read_wear_prior()):
+        timeline, _ = Timeline.of(tests, ServiceClock.of(tests), prior)
+        values = Hyperparameters.of(standard, prior)
+        steps = Steps.of(timeline, values, StatePrior.of(state_prior(), prior), prior)
+        walks.append(steps.loading_walk[:, 1:])
+    assert not walks[0].any()
+    assert (walks[1].sum(axis=1) > 0.0).all()
+
+
 def test_the_fleets_share_of_drives_is_steady_and_the_rest_as_the_others_say() -> None:
     """100 000 draws: shares and means within five standard errors."""
     fleet = mixed(0.7)
@@ -100,8 +117,8 @@ def test_loadings_are_those_of_either_pace() -> None:
 
 def test_runs_that_do_not_tell_leave_the_fleet_as_it_was() -> None:
     said = [Said(np.eye(SIZE), np.full(SIZE, 0.5))] * 2
-    plain = FleetPrior.of(["a", "b"], said)
-    fleet = pooled_fleet(["a", "b"], [Told(one, None) for one in said])
+    plain = FleetPrior.of(["a", "b"], said, WITHIN)
+    fleet = pooled_fleet(["a", "b"], [Told(one, None) for one in said], WITHIN)
     assert fleet.steady is None
     np.testing.assert_array_equal(fleet.mean, plain.mean)
     standard = np.random.default_rng(5).standard_normal((10, COUNT))
@@ -114,7 +131,7 @@ def test_what_a_drive_says_of_a_steady_pace_counts_as_far_as_its_pace_is() -> No
     nothing = Said(np.zeros((SIZE, SIZE)), np.zeros(SIZE))
     one, other = (Said(100 * np.eye(SIZE), np.full(SIZE, 100 * at)) for at in (1.0, -3.0))
     told = [Told(nothing, SteadySaid(one, 40.0)), Told(nothing, SteadySaid(other, -40.0))]
-    fleet = pooled_fleet(["steady", "not"], told)
+    fleet = pooled_fleet(["steady", "not"], told, WITHIN)
     assert fleet.steady is not None
     assert fleet.chance == pytest.approx(0.5, abs=0.01)
     assert (fleet.steady.mean > 0.0).all()

@@ -29,6 +29,7 @@ from hdprog.trend.trend_density import FARTHEST_DEVIATE, MOST_WEAR, UNWORN
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import Information, StatePrior
 from hdprog.trend.wear_prior import RateAhead, WearPrior
+from hdprog.trend.what_tests_say import DEVIATES
 from tests.benchmarks.degradation.series import AT, Reading
 
 
@@ -173,4 +174,5 @@ def fleet_prior(
 ) -> WearPrior:
     """The wear prior for a unit whose fleet has been fitted."""
     told = [fit.told(rng) for fit in fits]
-    return wear_prior.learnt_from(pooled_fleet([str(at) for at in range(len(told))], told))
+    within = wear_prior.within_fleet.scales(len(DEVIATES))
+    return wear_prior.learnt_from(pooled_fleet([str(at) for at in range(len(told))], told, within))
