@@ -63,7 +63,7 @@ class OutlookUnderWay:
         """
         rng = np.random.default_rng(self.seed)
         # Beside the processes that sample the loops.
-        early = told_early(self.trend.linearised, rng.spawn(1)[0])
+        early = told_early(self.trend.linearised, rng.spawn(1)[0], self.drive.alpha)
         trend = self.trend.finished()
         forecasts = forecast(trend, self.drive, self.operation, rng)
         scenarios = tuple(

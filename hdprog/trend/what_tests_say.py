@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from hdprog.config.drive import DEFAULT_ALPHA
 from hdprog.physics.parameters import NAMES, FloatArray
+from hdprog.trend.fitting import begin_trend
 from hdprog.trend.fleet import Said
 from hdprog.trend.hyperparameters import LogDensity
+from hdprog.trend.joint_refit import NONE
 from hdprog.trend.smoother import draw
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
-from hdprog.trend.steady_evidence import said_by, sampled, steady_said
+from hdprog.trend.steady_evidence import said_by, steady_said
 from hdprog.trend.steady_pace import Told, ToldEarly
 from hdprog.trend.temperature import SeenTests
 from hdprog.trend.trend import LinearisedTrend, Trend
@@ -35,18 +38,27 @@ def what_tests_say(trend: Trend, rng: np.random.Generator, early: ToldEarly | No
     return Told(_exactly(trend, rng) if early.said is None else early.said, early.steady)
 
 
-def told_early(trend: LinearisedTrend, rng: np.random.Generator) -> ToldEarly:
+def told_early(
+    trend: LinearisedTrend, rng: np.random.Generator, alpha: float = DEFAULT_ALPHA
+) -> ToldEarly:
     """What needs no sampling of the loops: all that is told of a steady pace.
 
-    Where a fleet made the prior, the hyperparameters are sampled anew under the shipped one, by the
-    loops as the trend has linearised them: what a fleet told is not passed on.
+    Where a fleet made the prior, the trend is begun anew under the shipped one, with its loops'
+    Gaussians: what a fleet told is not passed on, nor where it led to.
 
     Parameters
     ----------
     trend : with or without its loops sampled
     rng : source of randomness
+    alpha : gear-tooth angle in rad
     """
     shipped = trend.wear_prior.without_fleet()
+    taught = trend.wear_prior.fleet is not None
+    if taught:
+        followed, tests = trend.followed, trend.tests
+        trend = begin_trend(
+            tests, trend.prior, shipped, rng, True, alpha, followed, joint_effort=NONE
+        ).linearised
     loops, state_prior = trend.mode.loops, StatePrior.of(trend.prior, shipped)
     seen = SeenTests.of(loops, trend.tests, shipped).observations
     timeline, _ = Timeline.of(trend.tests, trend.clock, shipped)
@@ -60,10 +72,8 @@ def told_early(trend: LinearisedTrend, rng: np.random.Generator) -> ToldEarly:
         departure = draw(steps, seen, values.scatter, rng).loadings - prior.loading_mean
         return np.asarray((departure / prior.loading_sd)[:, : len(NAMES)])
 
-    draws, said = trend.draws, None
-    if trend.wear_prior.fleet is not None:
-        draws = sampled(density_of(shipped), UNWORN.size, rng, UNWORN)
-        said = said_by(draws, shipped, loadings_of, rng)
+    draws = trend.draws
+    said = said_by(draws, shipped, loadings_of, rng) if taught else None
     return ToldEarly(said, steady_said(shipped, density_of, loadings_of, draws, UNWORN, rng))
 
 
