@@ -21,10 +21,10 @@ from hdprog.trend.fleet import Said
 from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.joint_refit import NONE, Effort
 from hdprog.trend.loop_evidence import FittedLoop
-from hdprog.trend.steady_pace import SteadySaid, Told, pooled_fleet
+from hdprog.trend.steady_pace import SteadySaid, Told
 from hdprog.trend.wear_clock import hours_by_load, pace_of_load
 from hdprog.trend.wear_prior import WearPrior
-from hdprog.trend.what_tests_say import DEVIATES, told_early
+from hdprog.trend.what_tests_say import told_early
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ def _begin_trend(
     return begin_trend(
         evidence,
         posteriors[0].prior,
-        wear_prior if others is None else learnt_from(others, wear_prior),
+        wear_prior if others is None else _taught_by(others, wear_prior),
         np.random.default_rng(seed),
         quick=quick,
         alpha=folder.drive.alpha,
@@ -178,11 +178,9 @@ def _begin_trend(
     )
 
 
-def learnt_from(others: FinishedRuns, wear_prior: WearPrior) -> WearPrior:
-    """Pool what other drives' tests say of wear; see `hdprog.trend.steady_pace`."""
-    told = [_told(run) for run in others.runs]
-    within = wear_prior.within_fleet.scales(len(DEVIATES))
-    return wear_prior.learnt_from(pooled_fleet([run.drive_id for run in others.runs], told, within))
+def _taught_by(others: FinishedRuns, wear_prior: WearPrior) -> WearPrior:
+    drives = [run.drive_id for run in others.runs]
+    return wear_prior.taught_by(drives, [_told(run) for run in others.runs])
 
 
 def _told(run: FinishedRun) -> Told:

@@ -133,6 +133,7 @@ class FleetPrior:
         precision = np.stack([one.precision for one in said])
         information = np.stack([one.information for one in said])
         centre, share = np.zeros(size), np.full(size, 0.5)
+        log_prior = log_prior_of_spread(within)
         means, variances = [], []
         for sweep in range(_WARM_UP + _SWEEPS):
             own = _draw_drives(precision, information, centre, 1.0 - share, rng)
@@ -140,7 +141,7 @@ class FleetPrior:
             mean = own.sum(axis=0) / (1.0 - share) / weight
             centre = mean + rng.standard_normal(size) / np.sqrt(weight)
             own, centre = _move_fleet(precision, information, own - centre, share, rng)
-            share = 1.0 - _draw_within(own, centre, within, rng) ** 2
+            share = 1.0 - _draw_within(own, centre, log_prior, rng) ** 2
             if sweep >= _WARM_UP:
                 means.append(centre)
                 variances.append(1.0 - share)
@@ -216,19 +217,27 @@ def _move_fleet(
 
 
 def _draw_within(
-    own: FloatArray, centre: FloatArray, scale: FloatArray, rng: np.random.Generator
+    own: FloatArray, centre: FloatArray, log_prior: FloatArray, rng: np.random.Generator
 ) -> FloatArray:
-    """Draw √(1 − ρ) (k,) given the drives' deviates (drives, k) and the fleet's mean (k,)."""
+    """Draw √(1 − ρ) (k,) given the drives' deviates (drives, k) and the fleet's mean (k,).
+
+    `log_prior` (70, k) is that of `WITHIN`.
+    """
     squares = ((own - centre) ** 2).sum(axis=0)
     spread = WITHIN[:, None]
     within, between = spread**2, 1.0 - spread**2
-    log_density = log_prior_of_spread(scale) - 0.5 * (
+    log_density = log_prior - 0.5 * (
         np.log(between) + centre**2 / between + len(own) * np.log(within) + squares / within
     )
     return np.asarray(WITHIN[np.argmax(log_density + rng.gumbel(size=log_density.shape), axis=0)])
 
 
 def log_prior_of_spread(scale: FloatArray) -> FloatArray:
-    """Log of the half-Cauchy mass (70, k) on `WITHIN`, which is even in the logarithm."""
+    """Log of the half-Cauchy masses (70, k) of `WITHIN`, evenly spaced in the logarithm.
+
+    Parameters
+    ----------
+    scale : (k,) of each deviate
+    """
     spread = WITHIN[:, None]
     return np.asarray(np.log(spread) - np.log1p((spread / scale) ** 2))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,7 +19,7 @@ from hdprog.errors import BadInputError
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.shipped import shipped
 from hdprog.trend.fleet import FleetPrior
-from hdprog.trend.steady_pace import pooled_deviates, pooled_loadings
+from hdprog.trend.steady_pace import Told, pooled_deviates, pooled_fleet, pooled_loadings
 
 FILE = "trend.toml"
 
@@ -176,6 +177,11 @@ class WearPrior(_Strict):
     def learnt_from(self, fleet: FleetPrior) -> WearPrior:
         """The same for a drive of a fleet."""
         return self._with(fleet=fleet)
+
+    def taught_by(self, drives: Sequence[str], told: Sequence[Told]) -> WearPrior:
+        """The same for a drive of the fleet that others (ids in the same order) tell of."""
+        within = self.within_fleet.scales(told[0].said.information.size)
+        return self.learnt_from(pooled_fleet(drives, told, within))
 
     def without_fleet(self) -> WearPrior:
         """The same as its file gives it."""

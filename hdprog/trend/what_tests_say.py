@@ -55,9 +55,15 @@ def told_early(
     shipped = trend.wear_prior.without_fleet()
     taught = trend.wear_prior.fleet is not None
     if taught:
-        followed, tests = trend.followed, trend.tests
         trend = begin_trend(
-            tests, trend.prior, shipped, rng, True, alpha, followed, joint_effort=NONE
+            trend.tests,
+            trend.prior,
+            shipped,
+            rng,
+            quick=True,
+            alpha=alpha,
+            followed=trend.followed,
+            joint_effort=NONE,
         ).linearised
     loops, state_prior = trend.mode.loops, StatePrior.of(trend.prior, shipped)
     seen = SeenTests.of(loops, trend.tests, shipped).observations

@@ -23,9 +23,8 @@ from hdprog.forecast.crossing import forecast
 from hdprog.forecast.scores import covers, crps
 from hdprog.parallel import hold_blas_to_one_thread
 from hdprog.trend.fitting import fit_trend
-from hdprog.trend.steady_pace import pooled_fleet
 from hdprog.trend.wear_prior import read_wear_prior
-from hdprog.trend.what_tests_say import DEVIATES, what_tests_say
+from hdprog.trend.what_tests_say import what_tests_say
 from tests.benchmarks.prognostics_small import OPERATION, WearingDrive, wearing_drive
 from tests.independent.drives import LAWS
 from tests.trend.stand_in import PRIOR
@@ -64,7 +63,6 @@ def main() -> None:
     options = parser.parse_args()
     hold_blas_to_one_thread()
     shipped = read_wear_prior()
-    within = shipped.within_fleet.scales(len(DEVIATES))
     alone: list[tuple[float, ...]] = []
     taught: list[tuple[float, ...]] = []
     for number in range(options.fleets):
@@ -76,11 +74,9 @@ def main() -> None:
             what_tests_say(fit_trend(one.tests, PRIOR, shipped, rng, quick=True), rng)
             for one in drives[:-1]
         ]
-        fleet = pooled_fleet([str(n) for n in range(options.others)], told, within)
+        learnt = shipped.taught_by([str(n) for n in range(options.others)], told)
         alone += scored(drives[-1], shipped, np.random.default_rng([options.seed, number, 1]))
-        taught += scored(
-            drives[-1], shipped.learnt_from(fleet), np.random.default_rng([options.seed, number, 1])
-        )
+        taught += scored(drives[-1], learnt, np.random.default_rng([options.seed, number, 1]))
         print(f"fleet {number + 1}: {len(alone)} crossings", flush=True)
     without, with_fleet = np.mean(alone, axis=0), np.mean(taught, axis=0)
     content = {

@@ -14,10 +14,10 @@ from hdprog.physics.parameters import FloatArray
 from hdprog.results import LEVELS
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.state_space import Hyperparameters
-from hdprog.trend.steady_pace import Told, pooled_fleet
+from hdprog.trend.steady_pace import Told
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_prior import WearPrior
-from hdprog.trend.what_tests_say import DEVIATES, what_tests_say
+from hdprog.trend.what_tests_say import what_tests_say
 from tests.benchmarks.degradation.series import AT, Series, Study, readings, state_prior, wear_prior
 
 ALONE, POOLED, LINE = "by itself", "with the other units", "straight line"
@@ -56,10 +56,9 @@ def forecasts(
     for number, unit in enumerate(units):
         others = [one for index, one in enumerate(told) if index != number]
         names = [str(index) for index in range(len(others))]
-        fleet = pooled_fleet(names, others, shipped.within_fleet.scales(len(DEVIATES)))
         scores = [
             _scored(method, study, unit, wear, np.random.default_rng([seed, number, 1]))
-            for method, wear in ((ALONE, shipped), (POOLED, shipped.learnt_from(fleet)))
+            for method, wear in ((ALONE, shipped), (POOLED, shipped.taught_by(names, others)))
         ]
         yield unit.unit, [*scores, _line(study, unit)]
 

@@ -24,12 +24,11 @@ from hdprog.trend.observation import Observations
 from hdprog.trend.smoother import draw
 from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
 from hdprog.trend.steady_evidence import said_by, sampled, steady_said
-from hdprog.trend.steady_pace import Told, pooled_fleet
+from hdprog.trend.steady_pace import Told
 from hdprog.trend.trend_density import FARTHEST_DEVIATE, MOST_WEAR, UNWORN
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import Information, StatePrior
 from hdprog.trend.wear_prior import RateAhead, WearPrior
-from hdprog.trend.what_tests_say import DEVIATES
 from tests.benchmarks.degradation.series import AT, Reading
 
 
@@ -174,5 +173,4 @@ def fleet_prior(
 ) -> WearPrior:
     """The wear prior for a unit whose fleet has been fitted."""
     told = [fit.told(rng) for fit in fits]
-    within = wear_prior.within_fleet.scales(len(DEVIATES))
-    return wear_prior.learnt_from(pooled_fleet([str(at) for at in range(len(told))], told, within))
+    return wear_prior.taught_by([str(at) for at in range(len(told))], told)
