@@ -46,20 +46,25 @@ def effective_degrees(likelihood: LoopLikelihood, start: StartingPoint) -> float
     residual = residual / np.sqrt(float(residual @ residual) / whole)
     if likelihood.noise.whitening is None or _is_white(residual):
         return whole
-    scale = np.sqrt(start.variance)
-    values, axes = np.linalg.eigh(_information(derivative / scale, likelihood.prior_sd))
-    fixed = values > _FIXED
-    if not fixed.any():
+    fixed = fixed_directions(derivative / np.sqrt(start.variance), likelihood.prior_sd)
+    if not fixed.size:
         return whole
-    seen = (derivative / scale * likelihood.prior_sd) @ axes[:, fixed] / np.sqrt(values[fixed])
-    excess = float(np.trace(_long_run(residual[:, None] * seen))) / int(fixed.sum())
-    return whole / max(1.0, excess)
+    excess = float(np.trace(_long_run(residual[:, None] * fixed))) / fixed.shape[1]
+    return float(whole / max(1.0, excess))
 
 
-def _information(derivative: FloatArray, prior_sd: FloatArray) -> FloatArray:
-    """(size, size) of the data in units of the prior's."""
+def fixed_directions(derivative: FloatArray, prior_sd: FloatArray) -> FloatArray:
+    """Orthonormal directions (blocks, k) of the whitened angles along which the data fix a fit.
+
+    Parameters
+    ----------
+    derivative : (blocks, size) of the angles by a point's coordinates, in units of the noise
+    prior_sd : (size,) of the coordinates
+    """
     scaled = np.nan_to_num(derivative * prior_sd)
-    return np.asarray(scaled.T @ scaled)
+    values, axes = np.linalg.eigh(scaled.T @ scaled)
+    fixed = values > _FIXED
+    return np.asarray(scaled @ axes[:, fixed] / np.sqrt(values[fixed]))
 
 
 def _is_white(residual: FloatArray) -> bool:

@@ -11,6 +11,7 @@ from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.inference.effect_starts import effect_starts, require, search_widely
 from hdprog.inference.effective_blocks import effective_degrees
+from hdprog.inference.least_squares import kept_to_readings
 from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.linearised_effects import PARETO_K_LIMIT, LinearisedEffects
 from hdprog.inference.measured_noise import local_slope
@@ -105,14 +106,12 @@ def sample_posterior(
     parts : into how many the ensembles are divided; the draws depend on it
     rng, plan, executor, progress : as in `fit_loop`
     """
-    effective = effective_degrees(likelihood, starts[0])
-    within = _within_blocks(prepared, likelihood, starts[0])
-    if effective < likelihood.block_degrees:
-        likelihood = replace(likelihood, effective=effective)
-        starts = [describe(likelihood, start.point) for start in starts]
-    elif within is not None:
-        likelihood = replace(likelihood, within=within)
-        starts = [describe(likelihood, start.point) for start in starts]
+    beside = starts[0].point[COUNT + 1 :]
+    known = [np.concatenate([start.point, beside]) for start in prepared.starts]
+    likelihood, starts = kept_to_readings(likelihood, starts, known)
+    led_away = likelihood.least_squares is not None
+    if not led_away:
+        likelihood, starts = _weighed(prepared, likelihood, starts)
     linearised = LinearisedEffects.about(likelihood, starts[0]) if likelihood.effects else None
     sampled = likelihood if linearised is None else linearised.sampled
     posterior = RidgePosterior(sampled)
@@ -131,7 +130,14 @@ def sample_posterior(
         sampling |= {"pareto_k": drawn.pareto_k, "weighted_draws_effective": drawn.effective}
         stored = drawn.points.reshape(*stored.shape[:3], likelihood.size)
     warnings = list(prepared.warnings)
-    if likelihood.effective is not None:
+    if led_away:
+        warnings.append(
+            "What the fit leaves hangs together. Taken for noise it would lead the fit away from "
+            "the readings, so the model lacks something that this record has: the parameters are "
+            "those of least squares, and their intervals are as wide as errors like these make "
+            "them."
+        )
+    elif likelihood.effective is not None:
         warnings.append(
             f"What the fit leaves hangs together beyond its noise model: its {likelihood.blocks} "
             f"blocks count as {likelihood.block_degrees + 1:.0f} independent ones, and intervals "
@@ -174,6 +180,21 @@ def sample_posterior(
         sampling=sampling,
         warnings=tuple(warnings),
     )
+
+
+def _weighed(
+    prepared: Prepared, likelihood: LoopLikelihood, starts: list[StartingPoint]
+) -> tuple[LoopLikelihood, list[StartingPoint]]:
+    """The likelihood with as many degrees of freedom as blocks and readings are worth."""
+    effective = effective_degrees(likelihood, starts[0])
+    within = _within_blocks(prepared, likelihood, starts[0])
+    if effective < likelihood.block_degrees:
+        likelihood = replace(likelihood, effective=effective)
+    elif within is not None:
+        likelihood = replace(likelihood, within=within)
+    else:
+        return likelihood, starts
+    return likelihood, [describe(likelihood, start.point) for start in starts]
 
 
 def _within_blocks(

@@ -62,6 +62,22 @@ class HeldEffects:
 
 
 @dataclass(frozen=True)
+class LeastSquares:
+    """What makes a likelihood that of a fit by least squares, see `least_squares`.
+
+    Attributes
+    ----------
+    left : (blocks,) what the fit leaves of the angles in rad; parameters are fitted to the others
+    weights : noise that weighs angles, in place of the record's own
+    squares : sum over the noise's variances that `left` is worth; it tells the noise scale
+    """
+
+    left: FloatArray
+    weights: NoiseModel
+    squares: float
+
+
+@dataclass(frozen=True)
 class LoopLikelihood:
     """Likelihood of the parameters, given one reduced loop.
 
@@ -72,6 +88,7 @@ class LoopLikelihood:
     held : values of the effects where they are no part of a point
     effective : degrees of freedom that the blocks are worth, blocks − 1 if None
     within : what the readings inside the blocks say of the noise scale, if it is the blocks'
+    least_squares : where the noise would lead the fit away, else None
     """
 
     reduced: ReducedLoop
@@ -82,6 +99,7 @@ class LoopLikelihood:
     held: HeldEffects | None = None
     effective: float | None = None
     within: WithinBlocks | None = None
+    least_squares: LeastSquares | None = None
     # Whether a point begins with the drive model's coordinates, whose ridge is known.
     ridge: ClassVar[bool] = True
 
@@ -136,8 +154,15 @@ class LoopLikelihood:
         return np.asarray(np.maximum(self._all(squares) / max(1.0, self.degrees), _LEAST_SCALE**2))
 
     def _all(self, squares: FloatArray) -> FloatArray:
-        """The blocks' sums of squares (...) with that of the readings inside them."""
-        return squares if self.within is None else squares + self.within.squares
+        """The blocks' sums of squares (...) with what else tells the noise scale."""
+        known = self.within or self.least_squares
+        return squares if known is None else squares + known.squares
+
+    @cached_property
+    def fitted(self) -> FloatArray:
+        """(blocks,) angles that the parameters are fitted to, in rad."""
+        angle, least = self.reduced.angle, self.least_squares
+        return angle if least is None else angle - least.left
 
     @property
     def widening(self) -> float:
@@ -198,11 +223,15 @@ class LoopLikelihood:
 
     def whiten(self, angles: FloatArray) -> FloatArray:
         """Angles (draws, blocks) in rad → independent with variance s², held effects included."""
-        white = self.noise.whiten(angles)
+        white = self._weights.whiten(angles)
         if self.held is not None:
             directions, share = self._held_directions
             white -= (white @ directions * share) @ directions.T
         return white
+
+    @property
+    def _weights(self) -> NoiseModel:
+        return self.noise if self.least_squares is None else self.least_squares.weights
 
     @cached_property
     def _held_directions(self) -> tuple[FloatArray, FloatArray]:
@@ -211,7 +240,7 @@ class LoopLikelihood:
         I + G Gᵀ = U (1 + S²) Uᵀ in the space of G = U S Vᵀ, and its inverse square root whitens.
         """
         assert self.held is not None
-        features = self.noise.whiten(self.held.features.T).T
+        features = self._weights.whiten(self.held.features.T).T
         directions, strength, _ = np.linalg.svd(features, full_matrices=False)
         return directions, 1 - 1 / np.hypot(1, strength)
 
@@ -230,7 +259,7 @@ class LoopLikelihood:
 
     @cached_property
     def _data(self) -> FloatArray:
-        return np.asarray(self.project(self.reduced.angle[None, :])[0])
+        return np.asarray(self.project(self.fitted[None, :])[0])
 
     def residual(self, points: FloatArray) -> FloatArray:
         """Whitened residual without offset, (draws, blocks)."""
@@ -268,7 +297,7 @@ class LoopLikelihood:
         # Few points at a time: their angles stay in the processor's cache.
         for start in range(0, len(points), _TOGETHER):
             part = slice(start, start + _TOGETHER)
-            left = self.whiten(self.reduced.angle - self.angle(points[part]))
+            left = self.whiten(self.fitted - self.angle(points[part]))
             along[part] = left @ self._whitened_offset
             left -= np.outer(along[part], self._whitened_offset)
             squares[part] = np.einsum("ij,ij->i", left, left)

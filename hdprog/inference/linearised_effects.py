@@ -127,16 +127,16 @@ class LinearisedEffects:
         self, points: FloatArray, offset: FloatArray, scale: FloatArray, rng: np.random.Generator
     ) -> tuple[FloatArray, FloatArray]:
         """Points with effects (draws, size), and log of the exact density over the linearised."""
-        sampled, noise = self.sampled, self.exact.noise
+        sampled, own = self.sampled, self.exact
         pulled, factor = self._conditional
-        left = sampled.reduced.angle - sampled.angle(points) - offset[:, None]
+        left = sampled.fitted - sampled.angle(points) - offset[:, None]
         mean = sampled.whiten(left) @ pulled
         drawn = rng.standard_normal(mean.shape) @ factor.T
         effects = (mean + scale[:, None] * drawn) / self.scale
         complete = np.hstack([points, effects])
         linear = left - effects @ (self.features.T * self.scale)
-        exact = self.exact.reduced.angle - self.exact.angle(complete) - offset[:, None]
-        squares = [np.sum(noise.whiten(each) ** 2, axis=1) for each in (exact, linear)]
+        exact = own.fitted - own.angle(complete) - offset[:, None]
+        squares = [np.sum(own.whiten(each) ** 2, axis=1) for each in (exact, linear)]
         log_ratio = 0.5 * (squares[1] - squares[0]) / scale**2
         # Integrated out, the effects' prior is as wide as the noise scale over the mode's.
         wider = scale / self.scale

@@ -51,6 +51,12 @@ class NoiseModel:
         return NoiseModel(sd, sd, None, "white noise, independent from block to block")
 
     @staticmethod
+    def with_covariance(covariance: FloatArray, words: str) -> NoiseModel:
+        """Of blocks with a covariance (blocks, blocks) for s = 1, in rad²."""
+        sd = np.sqrt(np.diag(covariance))
+        return NoiseModel(sd, sd, _whitening(covariance), words)
+
+    @staticmethod
     def decaying(
         sd: FloatArray, log_ratio: float, length: float, position: FloatArray
     ) -> NoiseModel:

@@ -68,7 +68,7 @@ class CentredLoop:
         precision = own.precision[np.ix_(centred, centred)]
         pulled = np.linalg.solve(precision, derivative.T / loop.variance)
         gain = likelihood.project(np.eye(likelihood.blocks)) @ pulled.T
-        start = best - np.linalg.solve(precision, best) + likelihood.reduced.angle @ gain
+        start = best - np.linalg.solve(precision, best) + likelihood.fitted @ gain
         bare = None
         if (added := _added(loop, own.mean)) is not None:
             effects = likelihood.effect_set
