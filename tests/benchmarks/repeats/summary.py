@@ -242,7 +242,8 @@ def in_words(result: Mapping[str, Any]) -> str:
         "# Do fits of repeated cycles agree within their intervals?",
         f"{result['fits']} posteriors, {len(result['failed'])} failed, "
         f"{result['not_converged']} did not converge in a quick run and are kept in. "
-        "Widened: the noise that the fit finds, white or white with an Ornstein-Uhlenbeck term. "
+        "Widened: the noise that the fit finds, white or white with an Ornstein-Uhlenbeck term; "
+        "where that leads the fit away from the readings, least squares with the spread it gives. "
         "White: the same fit with white noise in spite of it. Posteriors agree where the central "
         f"{LEVEL:.0%} interval of their difference holds zero; right intervals do so in {LEVEL:.0%}"
         " of pairs, and in more where the prior says part of the answer (column expected).",
