@@ -7,39 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hdprog.config import Drive
-from hdprog.data.loop import Loop
 from hdprog.inference.effective_blocks import effective_degrees
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.noise import NoiseModel
-from hdprog.inference.prepare import prepare, settle_noise
-from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.starting_points import StartingPoint, descend, describe
-from hdprog.physics.drive_model import torsion_angle
-from hdprog.physics.torque_path import TorquePath
-
-READINGS = 280
-DRIVE = replace(Drive.default(), model="CSF-25-80", rated_torque=63.0, alpha_declared=True)
+from tests.inference import remembering_loops
+from tests.inference.remembering_loops import READINGS, slow
 
 
 def settled(seed: int) -> tuple[LoopLikelihood, StartingPoint]:
     """A loop with Ornstein-Uhlenbeck noise, fitted."""
     rng = np.random.default_rng([11, seed])
-    prior = read_prior_file("csf-25-80").prior(None)
-    torque = np.interp(np.linspace(0, 3, READINGS), [0, 1, 2, 3], [80.0, -80.0, 80.0, -80.0])
-    clean = torsion_angle(
-        TorquePath.exact(torque),
-        prior.to_physical(prior.mean[None]),
-        DRIVE.alpha,
-        initial_fraction=np.array([0.5]),
-    )[0]
-    slow = np.zeros(READINGS)
-    for at in range(1, READINGS):
-        slow[at] = 0.85 * slow[at - 1] + 0.5 * rng.standard_normal()
-    noise = 1e-5 * (2 * slow + 0.2 * rng.standard_normal(READINGS))
-    loop = Loop(torque=torque, angle=clean + noise)
-    prepared = prepare(loop, DRIVE, rng, prior=prior)
-    likelihood, starts = settle_noise(prepared.likelihood, prepared.starts, rng)
+    remembered = slow(rng, kept=0.85, pushed=0.5)
+    noise = 1e-5 * (2 * remembered + 0.2 * rng.standard_normal(READINGS))
+    _, likelihood, starts = remembering_loops.settled(rng, noise)
     return likelihood, starts[0]
 
 

@@ -7,42 +7,21 @@ from functools import lru_cache
 
 import numpy as np
 
-from hdprog.config import Drive
-from hdprog.data.loop import Loop
 from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.least_squares import LED_AWAY_RATE, kept_to_readings
-from hdprog.inference.likelihood import LoopLikelihood
-from hdprog.inference.prepare import Prepared, prepare, settle_noise
-from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.starting_points import StartingPoint, descend_all
 from hdprog.inference.until_converged import QUICK
-from hdprog.physics.drive_model import torsion_angle
-from hdprog.physics.torque_path import TorquePath
-
-READINGS = 280
-DRIVE = replace(Drive.default(), model="CSF-25-80", rated_torque=63.0, alpha_declared=True)
-Settled = tuple[Prepared, LoopLikelihood, list[StartingPoint]]
+from tests.inference import remembering_loops
+from tests.inference.remembering_loops import READINGS, TORQUE, Settled, slow
 
 
 def settled(seed: int, missing: float = 0.0) -> Settled:
     """A loop with Ornstein-Uhlenbeck noise; it may step, in rad, well behind zero torque."""
     rng = np.random.default_rng([19, seed])
-    prior = read_prior_file("csf-25-80").prior(None)
-    torque = np.interp(np.linspace(0, 3, READINGS), [0, 1, 2, 3], [80.0, -80.0, 80.0, -80.0])
-    clean = torsion_angle(
-        TorquePath.exact(torque),
-        prior.to_physical(prior.mean[None]),
-        DRIVE.alpha,
-        initial_fraction=np.array([0.5]),
-    )[0]
-    slow = np.zeros(READINGS)
-    for at in range(1, READINGS):
-        slow[at] = 0.9 * slow[at - 1] + np.sqrt(1 - 0.9**2) * rng.standard_normal()
-    steps = missing * np.tanh((torque - 15.0 * np.sign(np.gradient(torque))) / 3.0)
-    angle = clean + steps + 1e-5 * (slow + 0.4 * rng.standard_normal(READINGS))
-    prepared = prepare(Loop(torque=torque, angle=angle), DRIVE, rng, prior=prior)
-    likelihood, starts = settle_noise(prepared.likelihood, prepared.starts, rng)
-    return prepared, likelihood, starts
+    remembered = slow(rng, kept=0.9, pushed=np.sqrt(1 - 0.9**2))
+    noise = 1e-5 * (remembered + 0.4 * rng.standard_normal(READINGS))
+    steps = missing * np.tanh((TORQUE - 15.0 * np.sign(np.gradient(TORQUE))) / 3.0)
+    return remembering_loops.settled(rng, steps + noise)
 
 
 @lru_cache(maxsize=1)
