@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from hdprog.discovery.model import Model
-from hdprog.discovery.pooling import THRESHOLD, pooled, refitted, share
-from hdprog.discovery.unknown import TermGain, term_gains, with_term
+from hdprog.discovery.pooling import THRESHOLD, children, pooled, refitted, share
+from hdprog.discovery.unknown import TERM_PENALTY, TermGain, term_gains, with_term
 
 TERM_THRESHOLD = 5.0
 """Log evidence that an empirical term must gain."""
@@ -21,26 +23,30 @@ AS_GOOD = 1.15
 """Misfit over that of an empirical term alone, up to which mechanisms are not beaten by it: a free
 curve follows the noise a little as well."""
 _LIKE_NOISE = ("time", "order")
+_REFITTED, _RIVAL = 3, 0.5  # coordinates, and the share of the leading one's gain that they need
 
 
 def with_unknown(
     bases: Sequence[Model],
     models: Sequence[Model],
     remaining: Sequence[Mapping[str, TermGain]] | None,
+    rngs: Sequence[np.random.Generator],
     spread: Callable[..., Iterable[Any]],
 ) -> list[Model]:
     """Add an empirical term where structure remains, or put it in the mechanisms' place.
 
-    `remaining` are the terms over `models`, where the last step has found them already.
+    `remaining` are the terms over `models`, where the last step has found them already; `rngs`,
+    one a test, are spawned from.
     """
     remaining = list(spread(term_gains, models)) if remaining is None else remaining
-    best, gain = _best_term(remaining)
-    if not any(model.ids for model in models):
-        return _with_term(models, remaining, best, spread) if gain > 0 else list(bases)
-    wider = _with_term(models, remaining, best, spread)
+    gain, named = _best_gain(remaining), any(model.ids for model in models)
+    if gain <= 0 and not named:
+        return list(bases)
+    wider = _with_term(models, remaining, rngs, spread)
+    if not named:
+        return wider
     own = list(spread(term_gains, bases))
-    best_alone, alone_gain = _best_term(own)
-    alone = _with_term(bases, own, best_alone, spread)
+    alone = _with_term(bases, own, rngs, spread)
     floor = min(sum(model.misfit for model in many) for many in (wider, alone))
     base, left, left_alone = (
         sum(model.misfit for model in many) for many in (bases, models, alone)
@@ -50,32 +56,53 @@ def with_unknown(
     )
     poorly = (base - left) < NAMED_SHARE * (base - floor)
     beaten = evidence < -THRESHOLD and left > AS_GOOD * left_alone
-    if alone_gain > 0 and (beaten or (poorly and evidence < 0)):
+    if _best_gain(own) > 0 and (beaten or (poorly and evidence < 0)):
         return alone
     if gain > 0 and share(bases, models, wider) > UNKNOWN_SHARE:
         return wider
     return list(models)
 
 
-def _best_term(terms: Sequence[Mapping[str, TermGain]]) -> tuple[str, float]:
-    """Coordinate whose empirical term gains most, and by how much that is above its threshold."""
+def _best_gain(terms: Sequence[Mapping[str, TermGain]]) -> float:
+    """By how much the empirical term that gains most passes its threshold."""
+    return max(_pooled_gains(terms).values())
+
+
+def _pooled_gains(terms: Sequence[Mapping[str, TermGain]]) -> dict[str, float]:
+    """Log evidence above its threshold that a term over each coordinate gains over all tests."""
     names = set.intersection(*(set(found) for found in terms))
-    gains = {
-        name: pooled([found[name].gain for found in terms])
-        - (TIME_THRESHOLD if name in _LIKE_NOISE else TERM_THRESHOLD)
+    return {
+        name: _above_threshold(name, [found[name].gain for found in terms])
         for name in sorted(names)
     }
-    best = max(gains, key=lambda name: gains[name])
-    return best, gains[best]
+
+
+def _above_threshold(coordinate: str, gains: Sequence[float]) -> float:
+    return pooled(gains) - (TIME_THRESHOLD if coordinate in _LIKE_NOISE else TERM_THRESHOLD)
 
 
 def _with_term(
     models: Sequence[Model],
     terms: Sequence[Mapping[str, TermGain]],
-    coordinate: str,
+    rngs: Sequence[np.random.Generator],
     spread: Callable[..., Iterable[Any]],
 ) -> list[Model]:
-    """The models with the empirical term over a coordinate, where it gains anything."""
-    own = [found[coordinate] for found in terms]
-    having = [at for at, term in enumerate(own) if term.gain > 0 or len(models) == 1]
-    return refitted(models, having, spread, with_term, own)
+    """The models with an empirical term over the coordinate that gains most, where it does.
+
+    A gain is that of a model linearised at its mode, which the term may move far: the coordinates
+    that lead are all refitted.
+    """
+    gains = _pooled_gains(terms)
+    least = _RIVAL * max(gains.values())
+    leading = sorted(gains, key=lambda name: -gains[name])
+    leading = leading[:1] + [name for name in leading[1:_REFITTED] if gains[name] > least > 0]
+    found = {}
+    for name in leading:
+        own = [one[name] for one in terms]
+        having = [at for at, term in enumerate(own) if term.gain > 0 or len(models) == 1]
+        wider = refitted(models, having, spread, with_term, own, children(rngs))
+        gained = [term.gain for term in own]
+        for at in having:
+            gained[at] = wider[at].log_evidence - models[at].log_evidence - TERM_PENALTY
+        found[name] = (_above_threshold(name, gained), wider)
+    return max(found.values(), key=lambda one: one[0])[1]

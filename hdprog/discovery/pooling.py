@@ -52,3 +52,8 @@ def refitted(
     for at, model in zip(places, spread(refit, *jobs), strict=True):
         found[at] = model
     return found
+
+
+def children(rngs: Sequence[np.random.Generator]) -> list[np.random.Generator]:
+    """Generators for one piece of work: the next draws differ, whichever process does it."""
+    return [rng.spawn(1)[0] for rng in rngs]

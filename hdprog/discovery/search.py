@@ -18,7 +18,7 @@ from hdprog.discovery.candidates import refit_like, without
 from hdprog.discovery.empirical import with_unknown
 from hdprog.discovery.forward_step import Step, forward_steps
 from hdprog.discovery.model import Model
-from hdprog.discovery.pooling import THRESHOLD, refitted, share_of
+from hdprog.discovery.pooling import THRESHOLD, children, refitted, share_of
 from hdprog.discovery.sharing import gain_of_steps, gain_together
 from hdprog.discovery.unknown import TermGain
 from hdprog.inference.effect_starts import unmet
@@ -96,7 +96,7 @@ def trace(
     """
     # Copies: a seed sequence counts its children, and the caller's would not begin anew.
     rngs = [np.random.default_rng(copy.copy(seed)) for seed in seeds]
-    bases: list[Model] = list(spread(base_model, records, _children(rngs)))
+    bases: list[Model] = list(spread(base_model, records, children(rngs)))
     models = list(bases)
     missing = [
         {effect.id: unmet(effect, record.likelihood.reduced.course) for effect in effects}
@@ -111,10 +111,10 @@ def trace(
             [effect for effect in effects if effect.id not in taken and not lacking[effect.id]]
             for lacking in missing
         ]
-        now = made = forward_steps(models, offered, made, _children(rngs), spread, inner)
+        now = made = forward_steps(models, offered, made, children(rngs), spread, inner)
         chosen = _choose(now, bases, further=bool(taken))
         if chosen is not None:
-            now = _fairly(_alike(now, chosen, spread), chosen, _children(rngs), spread)
+            now = _fairly(_alike(now, chosen, spread), chosen, children(rngs), spread)
             if not taken:
                 bases = [step.before for step in now]
             models = [step.before for step in now]
@@ -130,11 +130,11 @@ def trace(
         if len(taken) == _MOST_EFFECTS:
             break
         models, taken = _checked_back(models, bases, taken, rngs, spread)
-    finals = with_unknown(bases, models, remaining, spread)
+    finals = with_unknown(bases, models, remaining, rngs, spread)
     if remaining is not None and _gave_way(models, finals) and (small := _leading(made)):
         # A free curve may be needed only for what one more mechanism carries.
         more = [small.joined(step) for step in _alike(made, small, spread)]
-        others = with_unknown(bases, more, None, spread)
+        others = with_unknown(bases, more, None, rngs, spread)
         if not _gave_way(more, others):
             models, finals = more, others
     return tuple(
@@ -150,11 +150,6 @@ def trace(
             records, bases, finals, models, steps, missing, strict=True
         )
     )
-
-
-def _children(rngs: Sequence[np.random.Generator]) -> list[np.random.Generator]:
-    """Generators for one piece of work: the next draws differ, whichever process does it."""
-    return [rng.spawn(1)[0] for rng in rngs]
 
 
 def base_model(prepared: Prepared, rng: np.random.Generator) -> Model:
@@ -263,7 +258,7 @@ def _checked_back(
 ) -> tuple[list[Model], list[str]]:
     """Take out what a later effect made needless."""
     for name in taken[:-1]:
-        fewer = _without(models, name, _children(rngs), spread)
+        fewer = _without(models, name, children(rngs), spread)
         having = [one if name in one.ids else None for one in models]
         lost, _ = gain_together(name, fewer, having)
         if lost < THRESHOLD or not _carries(bases, fewer, models):

@@ -1,22 +1,24 @@
-"""What an empirical smooth term over a coordinate would gain on top of a model.
+"""What an empirical smooth term over a coordinate would gain on top of a model, and adding it.
 
-The model is linearised about its mode; the term's size and smoothness and the noise scale are found
-by maximum marginal likelihood. Everything happens in the space of the columns, a hundred or so.
+The model is linearised about its mode; the noise scale is found by maximum marginal likelihood, and
+so are the term's size and smoothness where only its gain is asked for. A term that is added has its
+covariance averaged over sizes and smoothnesses, each with the weight of its marginal likelihood:
+one record does not fix them, and at their best values intervals would be too narrow. Everything
+happens in the space of the columns, a hundred or so.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hdprog.discovery.model import CORRELATED_PENALTY, Model
 from hdprog.inference.likelihood import LoopLikelihood
-from hdprog.inference.noise import NoiseModel
 from hdprog.inference.prepare import noise_about
 from hdprog.inference.smooth_term import FEATURES, LENGTHS, SmoothTerm, basis_of, spectrum
-from hdprog.inference.starting_points import descend_all, describe
+from hdprog.inference.starting_points import starting_points
 from hdprog.physics.coordinates import coordinates
 from hdprog.physics.parameters import FloatArray
 
@@ -26,6 +28,8 @@ _LEAST_VARIANCE = 0.05**2  # of the noise over what the readings show
 _NOISE_STEPS = 12
 _LOG_SIZES = (np.arange(-4.0, 7.5), 0.25 * np.arange(-4, 5), 0.0625 * np.arange(-4, 5))
 """Of a term over the noise's scale: a grid, and finer ones about the best of the last."""
+_AVERAGED_SIZES = np.arange(-4.0, 7.6, 0.25)
+"""The same that a covariance is averaged over, one as likely as another a priori."""
 _REPEATS = 4  # stretches: two loadings and two unloadings
 TERM_PENALTY = 3.0
 """Log evidence that the term's two numbers must earn."""
@@ -33,9 +37,9 @@ TERM_PENALTY = 3.0
 
 @dataclass(frozen=True)
 class TermGain:
-    """An empirical term and the log evidence that it gains."""
+    """An empirical term over a coordinate and the log evidence that it gains."""
 
-    term: SmoothTerm
+    coordinate: str
     gain: float
     white: bool  # beside white noise; else beside the model's correlated noise
 
@@ -94,14 +98,11 @@ def term_gains(model: Model) -> Mapping[str, TermGain]:
     for name, values in coordinates(course).items():
         if name == "order" and course.path.starts.size >= _REPEATS:
             continue
-        low, high = float(values.min()), float(values.max())
-        basis = basis_of(name, low, high, course)
+        basis = basis_of(name, float(values.min()), float(values.max()), course)
         for tangent in tangents:
-            sd, length, evidence = tangent.best(basis)
-            gain = evidence - own.without - TERM_PENALTY
+            gain = tangent.evidence_with(basis) - own.without - TERM_PENALTY
             if name not in found or gain > found[name].gain:
-                term = SmoothTerm(name, low, high, sd, length)
-                found[name] = TermGain(term, gain, tangent is not own)
+                found[name] = TermGain(name, gain, tangent is not own)
     return found
 
 
@@ -141,52 +142,71 @@ class _Tangent:
             constant -= CORRELATED_PENALTY
         return _Tangent(likelihood, data, own, variance, constant, constant + marginal)
 
-    def best(self, basis: FloatArray) -> tuple[float, float, float]:
-        """Size and length of the best term in a basis, and the log evidence with it."""
-        smooth = self.likelihood.project(basis.T.copy()).T
-        repeated = basis.shape[1] // FEATURES
-        typical = float(np.median(self.likelihood.noise.white_sd))
-        best = (0.0, LENGTHS[0], -np.inf)
-        shortest = _READINGS_A_LENGTH * repeated / self.data.size
-        for length in LENGTHS:
-            if length < shortest and length != LENGTHS[0]:
-                continue
-            evidence = _Evidence(self.own, smooth * np.tile(spectrum(length), repeated), self.data)
+    def evidence_with(self, basis: FloatArray) -> float:
+        """Log evidence with the best term in a basis."""
+        best = -np.inf
+        for _, evidence in self._by_length(basis):
             around = 0.0
             for offsets in _LOG_SIZES:
-                sizes = around + offsets
-                ratios = (typical * np.exp(sizes)) ** 2
-                marginal, _ = evidence.at_best_noise(ratios, self.variance)
+                sizes = np.asarray(around + offsets)
+                marginal, _ = evidence.at_best_noise(self._ratios(sizes), self.variance)
                 at = int(marginal.argmax())
                 around = float(sizes[at])
-            found = self.constant + float(marginal[at])
-            if found > best[2]:
-                best = (typical * float(np.exp(around)), length, found)
-        return best
+            best = max(best, float(marginal[at]))
+        return self.constant + best
+
+    def averaged(self, basis: FloatArray) -> FloatArray:
+        """(FEATURES,) standard deviations of a term's cosines, averaged over sizes and lengths."""
+        ratios = self._ratios(_AVERAGED_SIZES)
+        shapes, seen = [], []
+        for shape, evidence in self._by_length(basis):
+            shapes.append(shape)
+            seen.append(evidence.at_best_noise(ratios, self.variance))
+        marginal, variance = np.moveaxis(np.array(seen), 1, 0)
+        # Covariances are counted in units of the noise's, which is another beside another term.
+        weight = np.exp(marginal - marginal.max()) * variance
+        return np.asarray(np.sqrt((weight @ ratios) @ np.array(shapes) ** 2 / weight.sum()))
+
+    def _by_length(self, basis: FloatArray) -> Iterator[tuple[FloatArray, _Evidence]]:
+        """The `spectrum` of every length that the readings can show, and the evidence for it."""
+        smooth = self.likelihood.project(basis.T.copy()).T
+        repeated = basis.shape[1] // FEATURES
+        shortest = _READINGS_A_LENGTH * repeated / self.data.size
+        for length in LENGTHS:
+            if length >= shortest or length == LENGTHS[0]:
+                shape = spectrum(length)
+                yield shape, _Evidence(self.own, smooth * np.tile(shape, repeated), self.data)
+
+    def _ratios(self, log_sizes: FloatArray) -> FloatArray:
+        """Variances of a term over the noise's."""
+        typical = float(np.median(self.likelihood.noise.white_sd))
+        return np.asarray((typical * np.exp(log_sizes)) ** 2)
 
 
-def with_term(model: Model, gain: TermGain) -> Model:
-    """The model with an empirical term, its modes, its noise and the term's size found anew."""
-    likelihood = model.likelihood
-    noise = likelihood.noise.as_white if gain.white else likelihood.noise
-    best = _joined(model, noise, gain.term)
+def with_term(model: Model, gain: TermGain, rng: np.random.Generator) -> Model:
+    """The model with an empirical term; its modes, its noise and the term's size found anew."""
+    noise = model.likelihood.noise
+    plain = replace(model.likelihood, noise=noise.as_white if gain.white else noise)
+    best = _joined(Model(plain, model.starts), gain.coordinate, rng)
     for _ in range(_ROUNDS):
-        noise = noise_about(best.likelihood, best.start)
-        other = Model(replace(likelihood, noise=noise), best.starts)
-        basis = basis_of(
-            gain.term.coordinate, gain.term.low, gain.term.high, likelihood.reduced.course
-        )
-        sd, length, _ = _Tangent.of(other.likelihood, other).best(basis)
-        better = _joined(other, noise, replace(gain.term, sd=sd, length=length))
+        plain = replace(plain, noise=noise_about(best.likelihood, best.start))
+        better = _joined(Model(plain, best.starts), gain.coordinate, rng)
         if better.log_evidence <= best.log_evidence:
             break
         best = better
     return best
 
 
-def _joined(model: Model, noise: NoiseModel, term: SmoothTerm) -> Model:
-    course = model.likelihood.reduced.course
-    added = replace(model.likelihood, noise=noise.with_term(term, course))
-    starts = descend_all(added, [start.point for start in model.starts[:2]], 12)
-    starts = starts or [describe(added, model.start.point)]
-    return Model(added, tuple(sorted(starts, key=lambda start: start.deviance)))
+def _joined(model: Model, coordinate: str, rng: np.random.Generator) -> Model:
+    """The model with a term of the size that its residual asks for.
+
+    Its modes are sought everywhere: what the curve takes over held the parameters elsewhere.
+    """
+    likelihood, course = model.likelihood, model.likelihood.reduced.course
+    values = coordinates(course)[coordinate]
+    low, high = float(values.min()), float(values.max())
+    spread = _Tangent.of(likelihood, model).averaged(basis_of(coordinate, low, high, course))
+    term = SmoothTerm(coordinate, low, high, spread)
+    added = replace(likelihood, noise=likelihood.noise.with_term(term, course))
+    known = [start.point for start in model.starts[:2]]
+    return Model(added, tuple(starting_points(added, rng, known=known)))

@@ -18,11 +18,12 @@ from hdprog.physics.parameters import FloatArray
 
 FEATURES = 72
 LENGTHS: tuple[float, ...] = (0.3, 0.1, 0.035, 0.015)
+"""Correlation lengths, in parts of the range."""
 _MARGIN = 0.05
 _ODD = ("distance_since_reversal", "time_since_reversal")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SmoothTerm:
     """A term of unknown origin.
 
@@ -30,21 +31,19 @@ class SmoothTerm:
     ----------
     coordinate : name in `coordinates`
     low, high : range of the coordinate on the record
-    sd : standard deviation a priori in units of the noise scale, in rad
-    length : correlation length in parts of the range
+    spread : (FEATURES,) standard deviations a priori of the cosines, in units of the noise scale,
+        in rad; a size times `spectrum` for one Matérn covariance
     """
 
     coordinate: str
     low: float
     high: float
-    sd: float
-    length: float
+    spread: FloatArray
 
     def features(self, course: Course) -> FloatArray:
         """(samples, k) columns B with covariance B Bᵀ in rad², up to the noise scale."""
         basis = basis_of(self.coordinate, self.low, self.high, course)
-        repeated = basis.shape[1] // FEATURES
-        return np.asarray(self.sd * basis * np.tile(spectrum(self.length), repeated))
+        return np.asarray(basis * np.tile(self.spread, basis.shape[1] // FEATURES))
 
 
 def basis_of(coordinate: str, low: float, high: float, course: Course) -> FloatArray:
@@ -59,7 +58,7 @@ def basis_of(coordinate: str, low: float, high: float, course: Course) -> FloatA
 
 
 def spectrum(length: float) -> FloatArray:
-    """(FEATURES,) standard deviations of the cosines, squares summing to one."""
+    """(FEATURES,) standard deviations of the cosines for a length, squares summing to one."""
     frequency = np.pi * np.arange(1, FEATURES + 1)
     density = (3 / length**2 + frequency**2) ** -2.0
     return np.asarray(np.sqrt(density / density.sum()))

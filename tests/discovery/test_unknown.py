@@ -6,16 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import stats
+from scipy import linalg, optimize, stats
 
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
+from hdprog.discovery.empirical import with_unknown
 from hdprog.discovery.model import Model
 from hdprog.discovery.pooling import THRESHOLD
 from hdprog.discovery.search import base_model
-from hdprog.discovery.unknown import TERM_PENALTY, _Evidence, term_gains, with_term
+from hdprog.discovery.unknown import TERM_PENALTY, _Evidence, _Tangent, term_gains, with_term
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import read_prior_file
+from hdprog.inference.smooth_term import LENGTHS, basis_of, spectrum
+from hdprog.inference.starting_points import descend_all
 from hdprog.physics.drive_model import predict
 from hdprog.physics.parameters import FloatArray
 from tests.physics.table2 import POST_TEST
@@ -63,7 +66,7 @@ def test_a_planted_curve_is_recovered(coordinate: str) -> None:
     best = max(gains, key=lambda name: gains[name].gain)
     assert best == coordinate
     assert gains[best].gain > 2 * THRESHOLD
-    wider = with_term(model, gains[best])
+    wider = with_term(model, gains[best], np.random.default_rng(1))
     assert wider.term is not None
     assert wider.term.coordinate == coordinate
     assert wider.log_evidence > model.log_evidence + THRESHOLD
@@ -72,6 +75,62 @@ def test_a_planted_curve_is_recovered(coordinate: str) -> None:
     assert np.std(fitted(wider) - truth) < 0.6 * NOISE
     assert np.std(fitted(model) - truth) > 1.5 * NOISE
     assert np.std(wider.residual) < 1.1 * NOISE
+
+
+def test_a_curve_that_led_the_drive_model_astray_is_found_over_its_coordinate() -> None:
+    """The fit without it lies far off: a descent from there stays behind by tens of log evidence.
+
+    So does what the linearised model says of the term.
+    """
+    model = modelled(1e-4 * np.cos(2 * np.pi * TORQUE / 45 + 1.5), seed=5)
+    gains = term_gains(model)
+    assert gains["branch"].gain > gains["torque"].gain
+    found = with_unknown([model], [model], [gains], [np.random.default_rng(1)], map)[0]
+    assert found.term is not None
+    assert found.term.coordinate == "torque"
+    truth = PRIOR.to_coordinates({key: np.asarray(value) for key, value in POST_TEST.items()})
+    nearby = descend_all(found.likelihood, [np.append(truth, 0.0)])
+    from_truth = Model(found.likelihood, tuple(nearby)).log_evidence
+    assert found.log_evidence > from_truth - 1.0
+    stayed = descend_all(found.likelihood, [model.start.point])
+    assert Model(found.likelihood, tuple(stayed)).log_evidence < from_truth - 10.0
+
+
+def test_a_terms_covariance_is_averaged_over_sizes_and_lengths() -> None:
+    """By their likelihoods from dense covariances of the readings, the noise's scale profiled."""
+    model = modelled(CURVES["torque"] / 4, seed=4)
+    sd = model.likelihood.noise.white_sd
+    likelihood = replace(model.likelihood, noise=model.likelihood.noise.as_white)
+    tangent = _Tangent.of(likelihood, model)
+    ones = (1 / sd) / np.linalg.norm(1 / sd)
+    outside = linalg.null_space(ones[None, :])  # the offset is integrated out
+    basis = basis_of("torque", -80.0, 80.0, likelihood.reduced.course)
+    drive = outside.T @ tangent.own
+    data = outside.T @ tangent.data
+
+    def seen(size: float, length: float) -> tuple[float, float]:
+        shape = outside.T @ (basis / sd[:, None] * spectrum(length)) * np.median(sd)
+        inner = np.eye(data.size) + np.exp(2 * size) * shape @ shape.T
+
+        def deviance(log_variance: float) -> float:
+            factor = linalg.cho_factor(np.exp(log_variance) * inner + drive @ drive.T)
+            log_det = 2 * np.log(np.diag(factor[0])).sum()
+            return float(data @ linalg.cho_solve(factor, data) + log_det)
+
+        best = optimize.minimize_scalar(deviance, bounds=(-2.0, 3.0), method="bounded")
+        return -0.5 * best.fun, float(np.exp(best.x))
+
+    sizes = np.arange(-4.0, 7.6, 0.5)  # half as many as are averaged over
+    marginal, variance = np.moveaxis(
+        np.array([[seen(size, length) for size in sizes] for length in LENGTHS]), -1, 0
+    )
+    weight = np.exp(marginal - marginal.max()) * variance
+    shapes = np.array([spectrum(length) ** 2 for length in LENGTHS])
+    each = weight @ np.exp(2 * sizes) * np.median(sd) ** 2
+    wanted = np.sqrt(each @ shapes / weight.sum())
+    np.testing.assert_allclose(tangent.averaged(basis), wanted, rtol=0.03)
+    # No one size and length has it all.
+    assert weight.max() < 0.4 * weight.sum()
 
 
 def test_a_gain_is_what_the_refit_gains_whichever_noise_it_is_held_against() -> None:
@@ -83,7 +142,9 @@ def test_a_gain_is_what_the_refit_gains_whichever_noise_it_is_held_against() -> 
     best = max(gains, key=lambda name: gains[name].gain)
     assert best == "time"
     assert gains[best].white
-    gained = with_term(model, gains[best]).log_evidence - model.log_evidence
+    gained = (
+        with_term(model, gains[best], np.random.default_rng(1)).log_evidence - model.log_evidence
+    )
     assert gains[best].gain == pytest.approx(gained - TERM_PENALTY, abs=2.0)
 
 

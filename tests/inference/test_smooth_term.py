@@ -40,7 +40,7 @@ COURSE: Course = record_course(LOOP, TorquePath.exact(LOOP.torque), 0.0)
 def term(coordinate: str, length: float, sd: float = 1.0) -> SmoothTerm:
     values = {"time": LOOP.time, "torque": LOOP.torque, "branch": LOOP.torque}[coordinate]
     assert values is not None
-    return SmoothTerm(coordinate, float(values.min()), float(values.max()), sd, length)
+    return SmoothTerm(coordinate, float(values.min()), float(values.max()), sd * spectrum(length))
 
 
 def structure(covariance: FloatArray) -> FloatArray:
