@@ -44,9 +44,12 @@ class Drawn:
 
 
 def drive_draws(prepared: Prepared, rng: np.random.Generator, plan: SamplingPlan) -> Drawn:
-    """Posterior of the drive model on a prepared record."""
+    """Posterior of the drive model on a prepared record, by its likelihood as the others' are.
+
+    Least squares in its place would have no density to be ranked by.
+    """
     likelihood, starts = settle_noise(prepared.likelihood, prepared.starts, rng)
-    posterior = sample_posterior(prepared, likelihood, starts, rng, plan=plan)
+    posterior = sample_posterior(prepared, likelihood, starts, rng, plan=plan, to_readings=False)
     return Drawn(
         posterior.likelihood,
         tuple(starts),

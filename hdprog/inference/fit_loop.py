@@ -93,6 +93,7 @@ def sample_posterior(
     *,
     plan: SamplingPlan = FULL,
     parts: int = 1,
+    to_readings: bool = True,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Posterior:
@@ -104,11 +105,13 @@ def sample_posterior(
     likelihood : with its noise and effects
     starts : modes of it, best first
     parts : into how many the ensembles are divided; the draws depend on it
+    to_readings : keep least squares where the noise leads the fit away, see `least_squares`
     rng, plan, executor, progress : as in `fit_loop`
     """
-    beside = starts[0].point[COUNT + 1 :]
-    known = [np.concatenate([start.point, beside]) for start in prepared.starts]
-    likelihood, starts = kept_to_readings(likelihood, starts, known)
+    if to_readings:
+        beside = starts[0].point[COUNT + 1 :]
+        known = [np.concatenate([start.point, beside]) for start in prepared.starts]
+        likelihood, starts = kept_to_readings(likelihood, starts, known)
     led_away = likelihood.least_squares is not None
     if not led_away:
         likelihood, starts = _weighed(prepared, likelihood, starts)

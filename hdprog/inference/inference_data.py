@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hdprog.inference.lazy_arviz import arviz
-from hdprog.inference.likelihood import COUNT, sigmoid
+from hdprog.inference.likelihood import COUNT, LoopLikelihood, sigmoid
 from hdprog.inference.posterior import Posterior
 from hdprog.physics.parameters import BY_NAME, NAMES, FloatArray, in_support
 
@@ -27,7 +28,8 @@ def inference_data(
     """Posterior, prior, log-likelihood, observed data and posterior predictive of a loop.
 
     The draws keep the dimensions (ensemble, walker, step). The groups with a value a block hold
-    every few steps only (`coarse_step`), to stay small.
+    every few steps only (`coarse_step`), to stay small. A fit that is kept to least squares has no
+    group log_likelihood: its draws are not those of a density of its blocks.
 
     Parameters
     ----------
@@ -63,9 +65,11 @@ def inference_data(
     draws["initial_slip_fraction"] = (_DIMS, sigmoid(chains[..., COUNT]), {"units": "1"})
     coarse = chains[:, :, :: max(1, chains.shape[2] // _POINTWISE_STEPS)]
     every = max(1, chains.shape[2] // _POINTWISE_STEPS)
-    pointwise, predicted = _by_block(
-        posterior, coarse, offset[:, :, ::every], scale[:, :, ::every], rng
-    )
+    by_block = (posterior.likelihood, coarse, offset[:, :, ::every], scale[:, :, ::every])
+    groups = {}
+    if posterior.likelihood.least_squares is None:
+        groups["log_likelihood"] = dataset({"angle": ((*_COARSE, "block"), _pointwise(*by_block))})
+    predicted = _predicted(*by_block, rng)
     reduced = posterior.likelihood.reduced
     prior_draws = posterior.prior.sample(_PRIOR_DRAWS, rng)
     prior_values = posterior.prior.to_physical(prior_draws)
@@ -78,7 +82,6 @@ def inference_data(
         prior=dataset(
             {name: (("draw",), prior_values[name][inside], _units(name)) for name in NAMES}
         ),
-        log_likelihood=dataset({"angle": ((*_COARSE, "block"), pointwise)}),
         posterior_predictive=dataset(
             {"angle": ((*_COARSE, "block"), predicted, {"units": "rad"})},
         ),
@@ -96,6 +99,7 @@ def inference_data(
             }
         ),
         warn_on_custom_groups=False,
+        **groups,
     )
     return stored
 
@@ -106,22 +110,24 @@ def _units(name: str) -> dict[str, str]:
     return {"units": unit, "long_name": parameter.meaning, "source": parameter.equation}
 
 
-def _by_block(
-    posterior: Posterior,
+def _pointwise(
+    likelihood: LoopLikelihood, chains: FloatArray, offset: FloatArray, scale: FloatArray
+) -> NDArray[np.float32]:
+    """Log-likelihood by block, (ensemble, walker, step, block)."""
+    flat = chains.reshape(-1, chains.shape[-1])
+    found = likelihood.pointwise(flat, offset.ravel(), scale.ravel())
+    return found.reshape(*chains.shape[:3], -1).astype(np.float32)
+
+
+def _predicted(
+    likelihood: LoopLikelihood,
     chains: FloatArray,
     offset: FloatArray,
     scale: FloatArray,
     rng: np.random.Generator,
-) -> tuple[FloatArray, FloatArray]:
-    """Log-likelihood and predictive draws by block, (ensemble, walker, step, block), float32."""
-    shape = chains.shape[:3]
-    flat = chains.reshape(-1, chains.shape[-1])
-    likelihood = posterior.likelihood
-    pointwise = likelihood.pointwise(flat, offset.ravel(), scale.ravel())
-    fitted = likelihood.angle(flat) + offset.reshape(-1, 1)
+) -> NDArray[np.float32]:
+    """Predictive draws by block, (ensemble, walker, step, block) in rad."""
+    fitted = likelihood.angle(chains.reshape(-1, chains.shape[-1])) + offset.reshape(-1, 1)
     noise = likelihood.noise.sd * scale.reshape(-1, 1)
-    predicted = fitted + noise * rng.standard_normal(fitted.shape)
-    return (
-        pointwise.reshape(*shape, -1).astype(np.float32),
-        predicted.reshape(*shape, -1).astype(np.float32),
-    )
+    found = fitted + noise * rng.standard_normal(fitted.shape)
+    return found.reshape(*chains.shape[:3], -1).astype(np.float32)

@@ -102,10 +102,11 @@ def kept_to_readings(
         return likelihood, starts
     found = sorted(found, key=lambda start: start.deviance)
     spread = _Spread.of(white, found[0], noise.covariance)
-    led, least = white.project(white.angle(np.stack([starts[0].point, found[0].point])))
+    angles = white.angle(np.stack([starts[0].point, found[0].point]))
+    led, least = white.project(angles)
     if not spread.fixed.size or spread.holds(led - least):
         return likelihood, starts
-    missing = likelihood.reduced.angle - white.angle(found[0].point[None, :])[0]
+    missing = likelihood.reduced.angle - angles[1]
     kept = replace(
         likelihood,
         noise=replace(

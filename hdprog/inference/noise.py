@@ -79,8 +79,12 @@ class NoiseModel:
             f"{length / np.ptp(position):.1%} of the record"
         )
         covariance = np.diag(self.white_sd**2) + correlated
-        sd = np.sqrt(np.diag(covariance))
-        return NoiseModel(sd, self.white_sd, _whitening(covariance), words, log_ratio, length)
+        return replace(
+            NoiseModel.with_covariance(covariance, words),
+            white_sd=self.white_sd,
+            log_ratio=log_ratio,
+            correlation_length=length,
+        )
 
     def with_term(self, term: SmoothTerm, course: Course) -> NoiseModel:
         """The same noise plus an empirical smooth term, its coefficients integrated out."""

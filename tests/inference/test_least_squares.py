@@ -8,11 +8,15 @@ from functools import lru_cache
 import numpy as np
 
 from hdprog.inference.fit_loop import sample_posterior
+from hdprog.inference.inference_data import inference_data
 from hdprog.inference.least_squares import LED_AWAY_RATE, kept_to_readings
+from hdprog.inference.posterior import Posterior
 from hdprog.inference.starting_points import StartingPoint, descend_all
 from hdprog.inference.until_converged import QUICK
 from tests.inference import remembering_loops
 from tests.inference.remembering_loops import READINGS, TORQUE, Settled, slow
+
+BRIEF = replace(QUICK, required_ess=40.0, first_steps=40, most_steps=200)
 
 
 def settled(seed: int, missing: float = 0.0) -> Settled:
@@ -28,6 +32,12 @@ def settled(seed: int, missing: float = 0.0) -> Settled:
 def lacking() -> Settled:
     """A loop with steps that the model lacks."""
     return settled(0, missing=1e-3)
+
+
+@lru_cache(maxsize=1)
+def sampled() -> Posterior:
+    """Its posterior."""
+    return sample_posterior(*lacking(), np.random.default_rng(5), plan=QUICK)
 
 
 def test_noise_of_the_kind_that_is_taken_leads_no_fit_away() -> None:
@@ -90,10 +100,9 @@ def test_the_likelihood_has_the_curvature_of_the_sandwich() -> None:
 
 def test_intervals_are_those_of_least_squares_under_the_noise() -> None:
     """Against fits to records whose errors are drawn anew."""
-    prepared, correlated, starts = lacking()
+    prepared, correlated, _ = lacking()
     white, rng = prepared.likelihood, np.random.default_rng(5)
-    best = prepared.starts[0].point
-    posterior = sample_posterior(prepared, correlated, starts, rng, plan=QUICK)
+    best, posterior = prepared.starts[0].point, sampled()
     assert posterior.likelihood.least_squares is not None
     assert posterior.converged
     assert "those of least squares" in " ".join(posterior.warnings)
@@ -115,3 +124,25 @@ def test_intervals_are_those_of_least_squares_under_the_noise() -> None:
     # Of 60 draws along some six directions the spread is known to 5 %; the model bends, and the
     # prior narrows what so large errors leave open.
     assert 0.6 < spread(drawn) / spread(np.array(found)) < 1.2
+
+
+def test_draws_of_least_squares_are_not_stored_as_those_of_a_density() -> None:
+    """They were drawn from none: what importance sampling made of it would rank nothing."""
+    groups = inference_data(sampled(), np.random.default_rng(1), {}).groups()
+    assert "posterior_predictive" in groups
+    assert "log_likelihood" not in groups
+
+
+def test_a_likelihood_can_be_sampled_as_it_is() -> None:
+    """As models are that are ranked by their densities."""
+    prepared, correlated, starts = lacking()
+    posterior = sample_posterior(
+        prepared, correlated, starts, np.random.default_rng(5), plan=BRIEF, to_readings=False
+    )
+    assert posterior.likelihood.least_squares is None
+    assert "log_likelihood" in inference_data(posterior, np.random.default_rng(1), {}).groups()
+    kept, away = (
+        np.mean((one.likelihood.reduced.angle - np.median(one.fitted_angles, axis=0)) ** 2)
+        for one in (sampled(), posterior)
+    )
+    assert kept < 0.5 * away
