@@ -25,6 +25,9 @@ RHAT_LIMIT = 1.02
 _COMPONENTS = 2
 _DIFFERENCE = 1e-2
 _BOTTOM = -1e12  # stands for minus infinity where differences are taken
+_DEEPEST = (
+    25.0  # fall about a mode that counts as curvature: more may be the edge of what is believed
+)
 
 LogDensity = Callable[[FloatArray], FloatArray]
 """(points, dimensions) → (points,)."""
@@ -80,20 +83,31 @@ def mode_of(log_density: LogDensity, starts: FloatArray) -> FloatArray:
 
 
 def _laplace_spread(log_density: LogDensity, point: FloatArray) -> FloatArray:
-    """(dimensions, dimensions) root of the covariance at a mode; never wider than the prior."""
+    """(dimensions, dimensions) root of the covariance at a mode; never wider than the prior.
+
+    Beyond an edge of what is believed the density is taken as on the mode's other side: its fall
+    there is no curvature, by which walkers would begin, and stay, in one place.
+    """
     dimensions = point.size
     size = 0.05
     shift = size * np.eye(dimensions)
     pairs = point + shift[:, None] + shift[None, :]
     crossed = point + shift[:, None] - shift[None, :]
-    signs = [pairs, crossed, 2 * point - crossed, 2 * point - pairs]
-    values = [
-        np.maximum(log_density(group.reshape(-1, dimensions)), _BOTTOM).reshape(pairs.shape[:2])
-        for group in signs
-    ]
-    curvature = -(values[0] - values[1] - values[2] + values[3]) / (4 * size**2)
+    both, one, other, neither = (
+        log_density(group.reshape(-1, dimensions)).reshape(pairs.shape[:2])
+        for group in (pairs, crossed, 2 * point - crossed, 2 * point - pairs)
+    )
+    both, neither = _mirrored(both, neither)
+    one, other = _mirrored(one, other)
+    curvature = -(both - one - other + neither) / (4 * size**2)
     strength, vectors = np.linalg.eigh(0.5 * (curvature + curvature.T))
     return np.asarray(vectors / np.sqrt(np.maximum(strength, 1.0)))
+
+
+def _mirrored(one: FloatArray, opposite: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Values on opposite sides of a mode, where the density ends those of the other side."""
+    one, opposite = np.maximum(one, _BOTTOM), np.maximum(opposite, _BOTTOM)
+    return np.where(one > _BOTTOM, one, opposite), np.where(opposite > _BOTTOM, opposite, one)
 
 
 def starting_walkers(

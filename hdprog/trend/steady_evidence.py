@@ -48,6 +48,8 @@ def log_likelihood(
 ) -> tuple[float, float]:
     """Log of the integral of a density, up to a constant of its dimensions, and its error.
 
+    The error is infinite where the draws say nothing of it.
+
     Parameters
     ----------
     log_density : a unit Gaussian's, without its constant, times a likelihood
@@ -57,7 +59,10 @@ def log_likelihood(
     from scipy.stats import multivariate_t
 
     centre, spread = draws.flat.mean(axis=0), _WIDER * np.cov(draws.flat.T)
-    proposal = multivariate_t(centre, spread, df=_TAILS, seed=rng)
+    try:
+        proposal = multivariate_t(centre, spread, df=_TAILS, seed=rng)
+    except np.linalg.LinAlgError:  # draws that have hardly moved
+        return -np.inf, np.inf
     points = proposal.rvs(_PROPOSED)
     log_weight = log_density(points) - proposal.logpdf(points)
     largest = float(log_weight.max())
