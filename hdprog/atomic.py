@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -47,7 +47,7 @@ def atomic_write_text(path: Path, content: str) -> None:
 
 
 @contextmanager
-def atomic_directory(path: Path) -> Iterator[Path]:
+def atomic_directory(path: Path, renewed: Sequence[str] = ()) -> Iterator[Path]:
     """Fill a folder aside and move it into place when the block ends without an error.
 
     A folder that is not there yet appears in one step. Into a folder that is, the files move one
@@ -57,6 +57,8 @@ def atomic_directory(path: Path) -> Iterator[Path]:
     ----------
     path : Path
         The folder to end up in.
+    renewed : sequence of str
+        Patterns of files that the block makes anew: those of before that it does not make go.
 
     Yields
     ------
@@ -83,11 +85,16 @@ def atomic_directory(path: Path) -> Iterator[Path]:
         if not path.exists():
             aside.replace(path)
             return
+        made = {source.relative_to(aside) for source in aside.rglob("*")}
+        before = [file for pattern in renewed for file in path.glob(pattern)]
         for source in sorted(aside.rglob("*")):
             target = path / source.relative_to(aside)
             if source.is_dir():
                 target.mkdir(exist_ok=True)
             else:
                 source.replace(target)
+        for file in before:
+            if file.relative_to(path) not in made:
+                file.unlink(missing_ok=True)
     finally:
         shutil.rmtree(aside, ignore_errors=True)

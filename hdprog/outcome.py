@@ -25,6 +25,14 @@ if TYPE_CHECKING:
     from arviz import InferenceData
 
 
+_RESULTS = ("posterior.nc", "posteriors/*.nc", "explain.json", "report.pdf")
+
+
+def _results_in(out: Path) -> tuple[str, ...]:
+    """Patterns of an earlier run's results in a folder: they would pass for this one's."""
+    return _RESULTS if (out / "summary.json").is_file() else ()
+
+
 def write_beside_report(out: Path, name: str, document: Mapping[str, Any], report: str) -> None:
     """Write a JSON document and report.html into a folder, whole or not at all."""
     with atomic_directory(out) as folder:
@@ -80,6 +88,12 @@ class Outcome:
         """The outcome in plain words."""
         return self.sentence
 
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What in the records deserves a second look, by test."""
+        each = zip(self.tests, self.posteriors, strict=True)
+        return tuple(f"{test.test_id}: {text}" for test, fit in each for text in fit.loop.warnings)
+
     def reported(self, change: Callable[[ReportSettings], ReportSettings]) -> Self:
         """The same with the settings of its report changed; its numbers stay as they are."""
         drive = self.result.drive
@@ -134,7 +148,7 @@ class Outcome:
         provenance = replace(self.result.provenance, command=command)
         stamped = replace(self, result=replace(self.result, provenance=provenance))
         with (
-            atomic_directory(Path(out)) as folder,
+            atomic_directory(Path(out), _results_in(Path(out))) as folder,
             process_executor(workers) as executor,
         ):
             spread = spread_over(executor)

@@ -110,4 +110,5 @@ def begin(
 def _prepare_worker() -> None:
     """Leave an interrupt from the keyboard to the parent, which ends its workers."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     hold_blas_to_one_thread()

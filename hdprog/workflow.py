@@ -58,7 +58,8 @@ def effects_named(ids: Sequence[str]) -> tuple[Effect, ...]:
     wrong = [name for name in ids if name not in BY_ID]
     if wrong:
         raise UsageError(
-            f"effects: found {', '.join(wrong)}, expected ids out of {', '.join(BY_ID)}"
+            f"--effects: found {', '.join(wrong)}, expected ids out of {', '.join(BY_ID)}. "
+            "Correct or leave out what is not among them."
         )
     return tuple(BY_ID[name] for name in dict.fromkeys(ids))
 
@@ -311,8 +312,8 @@ def _require_loads(loads: Sequence[float]) -> None:
     wrong = [load for load in loads if not _LEAST_LOAD <= load <= _MOST_LOAD]
     if wrong:
         raise UsageError(
-            f"loads: found {', '.join(f'{load:g}' for load in wrong)}, expected torque to come "
-            f"over torque so far, from {_LEAST_LOAD:g} to {_MOST_LOAD:g} (0.8 is 80 %)"
+            f"--load: found {', '.join(f'{load:g}' for load in wrong)}, expected torque to come "
+            f"over torque so far, from {_LEAST_LOAD:g} to {_MOST_LOAD:g}. Give 0.8 for 80 %."
         )
 
 

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 import typer
 
 from hdprog.cli.common import print_json
 from hdprog.cli.exits import ExitCode
 from hdprog.cli.options import AsJson, Columns, DriveFile, LoopsOrFolders, Select
+
+if TYPE_CHECKING:
+    from hdprog.data.check import CheckReport
 
 
 def check(
@@ -22,7 +29,10 @@ def check(
     """
     from hdprog.data.check import check_path
 
-    checks = [check_path(path, columns=columns, select=select, drive=drive) for path in paths]
+    checks = [
+        _as_a_run_would(check_path(path, columns=columns, select=select, drive=drive), drive)
+        for path in paths
+    ]
     if as_json:
         content = [outcome.as_json() for outcome in checks]
         print_json({"schema": "hdprog.check/1", "checks": content})
@@ -32,3 +42,48 @@ def check(
                 typer.echo(line)
     if not all(outcome.ok for outcome in checks):
         raise typer.Exit(ExitCode.BAD_INPUT)
+
+
+def _as_a_run_would(report: CheckReport, drive_file: Path | None) -> CheckReport:
+    """Add what a run refuses beside the files: prior, limits and horizon of the drive."""
+    place = report.path if report.kind == "drive" else drive_file
+    if place is None:
+        return report
+    from hdprog.config import read_drive
+    from hdprog.data.tests_table import read_tests
+    from hdprog.errors import BadInputError
+    from hdprog.forecast.crossing import require_horizon_ahead
+    from hdprog.inference.prior_file import name_of_model, prior_of_drive
+    from hdprog.inference.priors import RecordScales
+
+    try:
+        drive = read_drive(place)
+        tests = read_tests(report.path)[0] if report.kind == "drive" else ()
+    except BadInputError:
+        return report  # told already
+    problems: list[str] = []
+    try:
+        prior_of_drive(drive, RecordScales(1.0, 1.0))
+    except BadInputError as error:
+        problems.append(str(error))
+    if tests:
+        try:
+            require_horizon_ahead(tests[-1].service_hours, drive.forecast.horizon_hours)
+        except BadInputError as error:
+            problems.append(str(error))
+    warnings: list[str] = []
+    if drive.prior is None and drive.model is not None and name_of_model(drive.model) is None:
+        warnings.append(
+            f"No prior is known for model {drive.model}: it will be centred on the record. "
+            "`hdprog prior list` shows the models that have one."
+        )
+    return replace(
+        report,
+        lines=(
+            *report.lines,
+            *(f"Problem: {problem}" for problem in problems),
+            *(f"Warning: {warning}" for warning in warnings),
+        ),
+        problems=(*report.problems, *problems),
+        warnings=(*report.warnings, *warnings),
+    )

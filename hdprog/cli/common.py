@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -104,8 +105,9 @@ def conclude(
     as_json: bool,
     pdf: bool = False,
     advice: str | None = None,
+    doubts: Sequence[str] = (),
 ) -> None:
-    """Write the outcome, say the verdict and where things are, and end with 4 if not converged.
+    """Write the outcome, say doubts, verdict and where things are; end with 4 if not converged.
 
     Parameters
     ----------
@@ -121,6 +123,8 @@ def conclude(
         Write the report as PDF, too.
     advice : str or None
         What to try next, after the words.
+    doubts : sequence of str
+        What in the records deserves a second look, for standard error.
 
     Raises
     ------
@@ -135,6 +139,8 @@ def conclude(
         from hdprog.reporting.pdf import write_pdf
 
         written = write_pdf(written)
+    for doubt in doubts:
+        typer.echo(f"Warning: {keyboard_signs(doubt)}", err=True)
     if as_json:
         print_json(result.document())
     else:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import errno
 import os
 import shlex
+import signal
 import sys
+import threading
 import traceback
 from enum import IntEnum
 from typing import Any
@@ -26,6 +28,7 @@ class ExitCode(IntEnum):
     NOT_CONVERGED = 4
     INTERRUPTED = 130
     BROKEN_PIPE = 141
+    TERMINATED = 143
 
 
 # What the machine or its user refuses, as opposed to a mistake in the program.
@@ -53,6 +56,8 @@ class GuardedGroup(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; turn what goes wrong into words and an exit code."""
+        if threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGTERM, _end)
         try:
             outcome = super().invoke(ctx)
             sys.stdout.flush()
@@ -104,6 +109,11 @@ def _place(error: Exception) -> str:
         return "outside hdprog"
     file = ours[-1].filename
     return f"{file[file.rindex(f'hdprog{os.sep}') :]}, line {ours[-1].lineno}"
+
+
+def _end(_number: int, _frame: object) -> None:
+    """End as after an interrupt: what was begun aside is removed, worker processes stop."""
+    raise SystemExit(ExitCode.TERMINATED)
 
 
 def _discard_standard_output() -> None:

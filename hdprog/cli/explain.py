@@ -63,4 +63,11 @@ def explain(
 
         with progress(quiet=quiet) as report:
             result = workflow.explain(loop, settings, seed=seed, quick=quick, progress=report)
-    conclude(result.reported(units), folder, command_line(ctx), as_json=as_json, pdf=pdf)
+    conclude(
+        result.reported(units),
+        folder,
+        command_line(ctx),
+        as_json=as_json,
+        pdf=pdf,
+        doubts=result.doubts,
+    )

@@ -78,5 +78,11 @@ def fit(
     if method == "paper":
         advice = "The paper's own identification stands beside the posterior under Parameters."
     conclude(
-        result.reported(units), folder, command_line(ctx), as_json=as_json, pdf=pdf, advice=advice
+        result.reported(units),
+        folder,
+        command_line(ctx),
+        as_json=as_json,
+        pdf=pdf,
+        advice=advice,
+        doubts=result.doubts,
     )

@@ -77,4 +77,11 @@ def run(
             fleet=fleet,
             progress=report,
         )
-    conclude(result.reported(units), folder, command_line(ctx), as_json=as_json, pdf=pdf)
+    conclude(
+        result.reported(units),
+        folder,
+        command_line(ctx),
+        as_json=as_json,
+        pdf=pdf,
+        doubts=result.doubts,
+    )

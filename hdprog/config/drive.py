@@ -11,15 +11,15 @@ from typing import Literal
 from hdprog.config.report_settings import ReportSettings
 
 STIFFNESSES_AT_TORQUE = ("local_stiffness_Nm_per_rad", "secant_stiffness_Nm_per_rad")
+CATALOGUE_STIFFNESSES = ("K1_Nm_per_rad", "K2_Nm_per_rad", "K3_Nm_per_rad")
+"""Between the torques of makers' catalogues: 0 to T1, to T2, and beyond."""
 QUANTITIES = (
     "hysteresis_width_arcmin",
     "hysteresis_loss_J",
     "lost_motion_arcmin",
     "preload_Nm",
     *STIFFNESSES_AT_TORQUE,
-    "K1_Nm_per_rad",
-    "K2_Nm_per_rad",
-    "K3_Nm_per_rad",
+    *CATALOGUE_STIFFNESSES,
 )
 """Every figure of merit that a limit may be set on."""
 

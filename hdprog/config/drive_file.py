@@ -50,7 +50,7 @@ class _DriveSection(_Section):
     id: _Text
     model: _Text | None = None
     ratio: _Positive | None = None
-    alpha_deg: Annotated[float, Field(gt=0, lt=90)] | None = None
+    alpha_deg: Annotated[float, Field(ge=5, le=60)] | None = None
     rated_torque_Nm: _Positive | None = None
     reference_torque_Nm: _Positive | None = None
 
@@ -264,6 +264,8 @@ _EXPECTED = {
     "too_short": "at least one value",
 }
 
+_ADVICE = {"alpha_deg": "Correct alpha_deg: the tooth angle in degrees, such as 30.0."}
+
 
 def _in_words(error: ValidationError, where: str) -> BadInputError:
     """Turn what Pydantic refused first into the words of this project."""
@@ -293,9 +295,10 @@ def _in_words(error: ValidationError, where: str) -> BadInputError:
         for words in (
             f"a number greater than {bounds['gt']:g}" if "gt" in bounds else "",
             f"a number less than {bounds['lt']:g}" if "lt" in bounds else "",
+            f"a number of {bounds['ge']:g} or more" if "ge" in bounds else "",
+            f"a number of {bounds['le']:g} or less" if "le" in bounds else "",
         )
         if words
     )
-    return BadInputError(
-        f"{key} = {first['input']!r}", place, expected or first["msg"], f"Correct {key}."
-    )
+    advice = _ADVICE.get(key, f"Correct {key}.")
+    return BadInputError(f"{key} = {first['input']!r}", place, expected or first["msg"], advice)

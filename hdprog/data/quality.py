@@ -93,8 +93,8 @@ def assess(
     Raises
     ------
     BadInputError
-        Fewer than 20 samples, constant torque or angle, or less than one full loading and
-        unloading.
+        Fewer than 20 samples, constant torque or angle, less than one full loading and unloading,
+        or an angle that falls as the torque rises.
     """
     torque = loop.torque
     turns = turning_points(torque, time=loop.time)

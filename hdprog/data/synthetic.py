@@ -13,7 +13,7 @@ import numpy as np
 from hdprog.atomic import atomic_directory
 from hdprog.data.synthetic_effects import AddedEffects, chosen_effects, rates_of
 from hdprog.data.wear_path import SCENARIOS, worn_parameters
-from hdprog.errors import UsageError
+from hdprog.errors import BadInputError, UsageError
 from hdprog.physics.drive_model import predict
 from hdprog.physics.figures import FigureRequest, Operation, figures
 from hdprog.physics.parameters import FloatArray, Parameters
@@ -157,6 +157,8 @@ def write_drive_folder(
     ------
     UsageError
         if the loop asked for cannot be measured or cannot show an effect, or an effect is unknown
+    BadInputError
+        if the folder holds a drive that was not simulated
     """
     if max_torque_Nm <= 0 or samples < 20 * cycles:
         raise UsageError(
@@ -164,6 +166,7 @@ def write_drive_folder(
             f"{cycles} cycles; expected a torque above zero and 20 samples a cycle or more"
         )
     chosen = chosen_effects(effects, cycles=cycles, one_sided=one_sided)
+    _require_no_drive_of_others(out)
     rng = np.random.default_rng(seed)
     spacing = rng.uniform(0.8, 1.2, max(tests - 1, 1))
     at = np.concatenate([[0.0], np.cumsum(spacing) / spacing.sum() * hours])[:tests]
@@ -215,6 +218,18 @@ def write_drive_folder(
         )
         (folder / "truth.json").write_text(json.dumps(truth, indent=1) + "\n", "utf-8")
     return out
+
+
+def _require_no_drive_of_others(out: Path) -> None:
+    """Refuse to write over a drive's folder that has no truth."""
+    for name in ("drive.toml", "tests.csv"):
+        if (out / name).exists() and not (out / "truth.json").exists():
+            raise BadInputError(
+                found=f"a {name} and no truth.json",
+                where=str(out),
+                expected="a new folder, or one that was simulated before",
+                advice="Give another folder with --out: what lies here is a drive of its own.",
+            )
 
 
 def _crossings(grid: FloatArray, course: Parameters) -> dict[str, float | None]:

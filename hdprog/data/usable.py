@@ -15,6 +15,7 @@ _FEWEST_SAMPLES = 20
 # A loading or unloading counts as full from here on; 1 would refuse a record that stops a little
 # above the torque at which it began.
 _FULL_SHARE = 2.0 / 3.0
+_FALLING = -0.7  # correlation of torque and angle
 _SIDE_SHARE = 0.2  # of the largest torque: less on a side is noise or overshoot
 
 
@@ -31,8 +32,8 @@ def require_usable(loop: Loop, turns: NDArray[np.intp]) -> None:
     Raises
     ------
     BadInputError
-        Fewer than 20 samples, constant torque or angle, or less than one full loading and
-        unloading.
+        Fewer than 20 samples, constant torque or angle, less than one full loading and unloading,
+        or an angle that falls as the torque rises.
     """
     if len(loop) < _FEWEST_SAMPLES:
         raise BadInputError(
@@ -69,6 +70,14 @@ def require_usable(loop: Loop, turns: NDArray[np.intp]) -> None:
             "at least one full loading and unloading",
             "Record until the torque is back where it began; check that the rows are in the order "
             "of recording and that --select keeps all rows of a cycle.",
+        )
+    turned = np.abs(np.diff(loop.angle)).max() > np.pi  # by the encoder, which is told elsewhere
+    if not turned and np.corrcoef(loop.torque, loop.angle)[0, 1] < _FALLING:
+        raise BadInputError(
+            "an angle that falls while the torque rises",
+            loop.source,
+            "torque and angle counted in the same direction",
+            "Change the sign of one of the two columns in the record.",
         )
 
 

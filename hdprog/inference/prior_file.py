@@ -7,6 +7,7 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 
 from hdprog.config import Drive
+from hdprog.config.drive import CATALOGUE_STIFFNESSES
 from hdprog.errors import BadInputError
 from hdprog.inference.catalogue import find_gear, model_key
 from hdprog.inference.prior_schema import PriorFile, parse_prior
@@ -101,14 +102,16 @@ def prior_of_drive(drive: Drive, scales: RecordScales) -> tuple[Prior, str | Non
     Raises
     ------
     BadInputError
-        for a prior that does not exist
+        for a prior that does not exist, and for a limit on a stiffness between torques of the
+        maker that the prior does not give
     """
     folder = drive.source.parent if drive.source is not None else None
-    if drive.prior is not None:
-        return read_prior_file(drive.prior, folder).prior(scales), None
     served = name_of_model(drive.model) if drive.model is not None else None
-    if served is not None:
-        return read_prior_file(served).prior(scales), None
+    if drive.prior is not None or served is not None:
+        prior = read_prior_file(str(drive.prior or served), folder).prior(scales)
+        _require_stretches(drive, prior.catalogue_torques)
+        return prior, None
+    _require_stretches(drive, None)
     remark = (
         "No model and no prior are declared for the drive"
         if drive.model is None
@@ -120,3 +123,23 @@ def prior_of_drive(drive: Drive, scales: RecordScales) -> tuple[Prior, str | Non
         f"({scales.secant_stiffness:.3g} Nm/rad) with a log-sd of 1.5, so what a test does not "
         "tell stays wide open."
     )
+
+
+def _require_stretches(drive: Drive, torques: tuple[float, float] | None) -> None:
+    """Refuse limits on K1 to K3 where the maker's T1 and T2 (Nm) are not known or leave none."""
+    reference = drive.reference_torque or drive.rated_torque
+    for number, limit in enumerate(drive.limits, start=1):
+        if limit.quantity not in CATALOGUE_STIFFNESSES:
+            continue
+        known = torques is not None
+        third = limit.quantity == CATALOGUE_STIFFNESSES[-1]
+        if torques is None or (third and reference is not None and reference <= torques[1]):
+            raise BadInputError(
+                found=f"a limit on {limit.quantity}, and "
+                + (f"{reference:g} Nm of reference torque" if known else "no T1 and T2"),
+                where=f"{drive.source or 'drive settings'}, [[limits]] number {number}",
+                expected="a model of the catalogue, whose T1 and T2 are known, and torque beyond "
+                "T2 for K3",
+                advice='Give model = "CSF-25-80", or whichever it is, under [drive], or set the '
+                "limit on secant_stiffness_Nm_per_rad with at_torque_Nm.",
+            )

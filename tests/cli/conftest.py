@@ -27,6 +27,7 @@ class Outcome:
     sentence: str = "Inspect before 1 310 h."
     written: list[tuple[Path, str]] = field(default_factory=list)
     units: ReportSettings = field(default_factory=ReportSettings)
+    doubts: tuple[str, ...] = ()
 
     def write(self, out: Path, command: str) -> None:
         out.mkdir(parents=True, exist_ok=True)

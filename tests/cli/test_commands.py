@@ -77,7 +77,7 @@ def test_fit_hands_on_the_record_the_drive_and_the_effects(
 
 
 def outcome(*lines: str, ok: bool) -> SimpleNamespace:
-    return SimpleNamespace(lines=list(lines), ok=ok, as_json=lambda: {"ok": ok})
+    return SimpleNamespace(kind="loop", lines=list(lines), ok=ok, as_json=lambda: {"ok": ok})
 
 
 @pytest.fixture

@@ -89,7 +89,7 @@ def test_a_closed_pipe_is_quiet() -> None:
         "import os, sys, types\n"
         "import hdprog.data\n"
         "read, write = os.pipe(); os.close(read); os.dup2(write, 1)\n"
-        "found = types.SimpleNamespace(lines=['two cycles'], ok=True)\n"
+        "found = types.SimpleNamespace(kind='loop', lines=['two cycles'], ok=True)\n"
         "stand_in = types.ModuleType('hdprog.data.check')\n"
         "stand_in.check_path = lambda path, **options: found\n"
         "sys.modules['hdprog.data.check'] = stand_in\n"
@@ -99,3 +99,34 @@ def test_a_closed_pipe_is_quiet() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.stderr == ""
     assert done.returncode == 141
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for the workers below /proc")
+def test_a_command_that_is_told_to_end_takes_its_workers_along(tmp_path: Path) -> None:
+    code = (
+        "import os, sys, time, types\n"
+        "from hdprog.parallel import process_executor\n"
+        "def run(*_, **options):\n"
+        "    with process_executor(2) as executor:\n"
+        "        found = list(executor.map(os.getpid_after, [0.5, 0.5]))\n"
+        "        print(*found, flush=True)\n"
+        "        list(executor.map(time.sleep, [60, 60]))\n"
+        "os.getpid_after = lambda seconds: time.sleep(seconds) or os.getpid()\n"
+        "os.getpid_after.__module__, os.getpid_after.__qualname__ = 'os', 'getpid_after'\n"
+        "stand_in = types.ModuleType('hdprog.workflow')\n"
+        "stand_in.run = run\n"
+        "sys.modules['hdprog.workflow'] = stand_in\n"
+        "import hdprog; hdprog.workflow = stand_in\n"
+        "from hdprog.cli import app\n"
+        "app(['run', '.', '--out', 'out'], prog_name='hdprog')\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, cwd=tmp_path
+    ) as command:
+        assert command.stdout is not None
+        workers = [Path("/proc", one) for one in command.stdout.readline().split()]
+        assert len(workers) == 2
+        command.terminate()
+        assert command.wait(30) == 143
+    assert not any(worker.exists() for worker in workers)
+    assert not (tmp_path / "out").exists()

@@ -95,7 +95,7 @@ def test_defaults() -> None:
         (lambda c: c["drive"].update(ratio="80"), "number without quotation"),
         (lambda c: c["drive"].update(ratio=True), "ratio = True"),
         (lambda c: c["drive"].update(rated_torque_Nm=0), "greater than 0"),
-        (lambda c: c["drive"].update(alpha_deg=90), "less than 90"),
+        (lambda c: c["drive"].update(alpha_deg=90), "60 or less"),
         (lambda c: c["drive"].update(alpha_deg=math.nan), "finite"),
         (lambda c: c.update(forecast={"acceptable_risk": 1.0}), "less than 1"),
         (lambda c: c.update(forecast={"horizon_hours": -1}), "greater than 0"),

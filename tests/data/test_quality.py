@@ -7,6 +7,7 @@ from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.data.quality import assess
 from hdprog.data.usable import branch_coverage
+from hdprog.errors import BadInputError
 from tests.data.samples import PEAK, STIFFNESS, FloatArray, ramps, twist, two_sided
 
 
@@ -151,7 +152,11 @@ def test_sides_of_unequal_size() -> None:
 
 def test_a_sign_that_is_turned_round() -> None:
     torque, angle = two_sided()
-    assert "wrong sign" in warned(Loop(torque, -angle))
+    with pytest.raises(BadInputError, match="falls while the torque rises"):
+        assess(Loop(torque, -angle))
+    # Where noise leaves little of the slope it is for a second look.
+    noise = angle.std() * np.random.default_rng(1).standard_normal(torque.size)
+    assert "wrong sign" in warned(Loop(torque, -angle + 1.5 * noise))
 
 
 def test_minor_loops_do_not_interrupt_a_branch() -> None:

@@ -14,7 +14,7 @@ import pytest
 from hdprog.data.drive_folder import read_drive_folder, read_test_loop
 from hdprog.data.synthetic import measured_loop, torque_history, write_drive_folder
 from hdprog.data.wear_path import SCENARIOS
-from hdprog.errors import UsageError
+from hdprog.errors import BadInputError, UsageError
 from hdprog.physics.drive_model import predict
 from hdprog.shipped import shipped
 from tests.physics.table2 import POST_TEST
@@ -236,3 +236,12 @@ def test_a_loop_that_cannot_be_measured_is_refused(changes: dict[str, Any], tmp_
         simulated(tmp_path / "d", **changes)
     assert refused.value.exit_code == 2
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_drive_that_was_not_simulated_is_not_written_over(tmp_path: Path) -> None:
+    (tmp_path / "drive.toml").write_text("[drive]\n", "utf-8")
+    with pytest.raises(BadInputError, match=r"no truth\.json"):
+        simulated(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["drive.toml"]
+    simulated(tmp_path / "new", tests=1)
+    simulated(tmp_path / "new", tests=2)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hdprog.config import Drive, read_drive
+from hdprog.config import Drive, Limit, read_drive
 from hdprog.errors import BadInputError
 from hdprog.inference.prior_file import names, prior_of_drive, read_prior_file
 from hdprog.inference.priors import RecordScales
@@ -241,3 +241,25 @@ def test_a_file_that_is_not_text_is_refused(tmp_path: Path) -> None:
     path.write_bytes(b"\xff\xfe\x00name")
     with pytest.raises(BadInputError):
         read_prior_file(str(path))
+
+
+@pytest.mark.parametrize(
+    ("quantity", "model", "reference", "words"),
+    [
+        ("K2_Nm_per_rad", None, 63.0, "no T1 and T2"),
+        ("K1_Nm_per_rad", "XYZ-99", 63.0, "no T1 and T2"),
+        ("K3_Nm_per_rad", "CSF-25-80", 40.0, "40 Nm of reference torque"),
+        ("K3_Nm_per_rad", "CSF-25-80", 63.0, None),
+        ("K2_Nm_per_rad", "CSF-25-80", 40.0, None),
+    ],
+)
+def test_limits_between_the_makers_torques_need_these(
+    quantity: str, model: str | None, reference: float, words: str | None
+) -> None:
+    limit = Limit(quantity, 20_000.0, "below")
+    drive = Drive(model=model, rated_torque=reference, limits=(limit,))
+    if words is None:
+        prior_of_drive(drive, SCALES)
+        return
+    with pytest.raises(BadInputError, match=words):
+        prior_of_drive(drive, SCALES)

@@ -59,6 +59,16 @@ def test_existing_folder_keeps_its_other_files(tmp_path: Path) -> None:
     assert names(tmp_path) == ["mine.txt", "posteriors", "posteriors/t01.nc", "summary.json"]
 
 
+def test_results_of_before_that_are_not_made_anew_go(tmp_path: Path) -> None:
+    for name in ("old.nc", "kept.nc", "own.txt"):
+        (tmp_path / name).write_text("before")
+    with atomic_directory(tmp_path, renewed=("*.nc",)) as aside:
+        (aside / "kept.nc").write_text("now")
+        assert (tmp_path / "old.nc").exists()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["kept.nc", "own.txt"]
+    assert (tmp_path / "kept.nc").read_text() == "now"
+
+
 @pytest.mark.parametrize("existing", [False, True])
 @pytest.mark.parametrize("interruption", [KeyboardInterrupt, ValueError])
 def test_interrupted_block_leaves_all_as_it_was(
