@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from hdprog.physics.course import Course
 from hdprog.physics.parameters import FloatArray
 
-_SHORTEST = 1 / 400  # of the record: quicker followers cannot be told from what they follow
+_SHORTEST = 1 / 6400  # of the record: quicker followers cannot be told from what they follow
+_SHORTEST_OF_TWO = 1 / 400
+_STRETCH = 400.0  # time constants in one stretch: their exponentials are numbers
 
 
 def follow(course: Course, driven_by: FloatArray, constant: FloatArray) -> FloatArray:
     """Follower x of a driving course u, τ dx/dt = u − x, in balance at the first sample.
 
     x = u − w with τ dw/dt = τ du/dt − w is solved exactly for u that is linear in time between the
-    samples.
+    samples, stretch after stretch where the record is long.
 
     Parameters
     ----------
@@ -27,17 +31,27 @@ def follow(course: Course, driven_by: FloatArray, constant: FloatArray) -> Float
     (draws, samples)
     """
     assert course.time is not None
+    assert course.scales.duration is not None
     constant = resolved(course, constant)
-    rate = np.diff(driven_by, axis=1) / np.diff(course.time)
-    # Over a step w·exp(t/τ) gains τ du/dt times what exp(t/τ) gains.
-    growth = np.exp(course.time / constant)
-    behind = np.diff(growth, axis=1) * rate
-    np.cumsum(behind, axis=1, out=behind)
-    behind /= growth[:, 1:]
-    behind *= constant
-    follower = np.empty((len(behind), course.time.size))
+    time, rate = course.time, np.diff(driven_by, axis=1) / np.diff(course.time)
+    stretches = int(np.ceil(course.scales.duration / (_STRETCH * float(constant.min()))))
+    inner = np.searchsorted(time, time[0] + np.ptp(time) * np.arange(1, stretches) / stretches)
+    ends = np.unique([0, *inner, time.size - 1])
+    follower = np.empty((max(len(driven_by), len(constant)), time.size))
     follower[:, 0] = driven_by[:, 0]
-    np.subtract(driven_by[:, 1:], behind, out=follower[:, 1:])
+    left: FloatArray | None = None  # of w at the stretch's beginning
+    for start, end in pairwise(ends.tolist()):
+        # Over a step w·exp(t/τ) gains τ du/dt times what exp(t/τ) gains.
+        since = time[start : end + 1] - (time[start] if start else 0.0)
+        growth = np.exp(since / constant)
+        behind = np.diff(growth, axis=1) * rate[:, start:end]
+        np.cumsum(behind, axis=1, out=behind)
+        behind /= growth[:, 1:]
+        behind *= constant
+        if left is not None:
+            behind += left / growth[:, 1:]
+        left = behind[:, -1:]
+        np.subtract(driven_by[:, start + 1 : end + 1], behind, out=follower[:, start + 1 : end + 1])
     return follower
 
 
@@ -60,7 +74,7 @@ def follow_two(
     mean of the followers, and exp(−t/τ) of the slow one, (draws, samples) each
     """
     assert course.time is not None
-    quick, ratio = resolved(course, constant), 2**doublings
+    quick, ratio = resolved(course, constant, _SHORTEST_OF_TWO), 2**doublings
     rate = np.diff(driven_by, axis=1) / np.diff(course.time)
     slow_growth = np.exp(course.time / (ratio * quick))
     quick_growth = np.square(slow_growth)
@@ -80,7 +94,7 @@ def follow_two(
     return mean, np.reciprocal(slow_growth, out=slow_growth)
 
 
-def resolved(course: Course, constant: FloatArray) -> FloatArray:
-    """A time constant, but no shorter than a record can resolve."""
+def resolved(course: Course, constant: FloatArray, shortest: float = _SHORTEST) -> FloatArray:
+    """A time constant, but no shorter than a share of the record."""
     assert course.scales.duration is not None
-    return np.maximum(constant, _SHORTEST * course.scales.duration)
+    return np.maximum(constant, shortest * course.scales.duration)

@@ -366,7 +366,7 @@ def test_slip_jump_steps_once_and_for_good(timed: bool) -> None:
     np.testing.assert_allclose(found[71:], -6e-5, rtol=1e-9)
 
 
-@pytest.mark.parametrize("constant", [0.8, 4.0, 30.0, 500.0])
+@pytest.mark.parametrize("constant", [0.05, 0.8, 4.0, 30.0, 500.0])
 def test_follower_against_an_integrator(constant: float) -> None:
     rng = np.random.default_rng(7)
     time = np.concatenate([[0.0], np.cumsum(rng.uniform(0.2, 3.0, 60))])
@@ -390,7 +390,7 @@ def test_two_followers_at_once_are_each_of_them(constant: float) -> None:
     time = np.concatenate([[0.0], np.cumsum(rng.uniform(0.2, 3.0, 60))])
     course = course_of(np.linspace(0, 50, 61), time)
     driven = np.cumsum(rng.standard_normal((2, 61)), axis=1)
-    quick = resolved(course, np.array([[constant], [3.0]]))
+    quick = resolved(course, np.array([[constant], [3.0]]), 1 / 400)
     mean, fading = follow_two(course, driven, quick, 3)
     wanted = 0.5 * (follow(course, driven, quick) + follow(course, driven, 8 * quick))
     np.testing.assert_allclose(mean, wanted, rtol=0, atol=1e-11)
@@ -401,5 +401,19 @@ def test_a_follower_quicker_than_it_can_be_told_stays_finite() -> None:
     course = course_of(np.linspace(0, 50, 401), np.linspace(0, 100, 401))
     driven = np.sin(course.order * 20)[None, :]
     quick = follow(course, driven, np.array([[1e-9]]))
-    np.testing.assert_allclose(quick, driven, atol=0.06)
-    np.testing.assert_array_equal(quick, follow(course, driven, np.array([[0.25]])))
+    np.testing.assert_allclose(quick, driven, atol=0.005)
+    np.testing.assert_array_equal(quick, follow(course, driven, np.array([[100 / 6400]])))
+
+
+def test_a_long_record_has_followers_of_every_speed_side_by_side() -> None:
+    """Stretch after stretch where one of them is quick: the others come out as by themselves."""
+    rng = np.random.default_rng(9)
+    time = np.concatenate([[0.0], np.cumsum(rng.uniform(0.2, 3.0, 600))])
+    course = course_of(np.linspace(0, 50, 601), time)
+    driven = np.cumsum(rng.standard_normal((1, 601)), axis=1)
+    constants = np.array([[0.3], [5.0], [700.0]])
+    together = follow(course, driven, constants)
+    assert together.shape == (3, 601)
+    for found, constant in zip(together, constants, strict=True):
+        alone = follow(course, driven, constant[None])[0]
+        np.testing.assert_allclose(found, alone, rtol=0, atol=1e-9)

@@ -42,7 +42,7 @@ class CoulombFriction(Effect):
                 "torque travelled from the middle until sliding",
                 "log",
                 0.012 * scales.torque,
-                0.5,
+                1.2,
                 grid=(-1.0, 1.0),
             ),
             initial_state("state at the first sample, −1 to 1"),

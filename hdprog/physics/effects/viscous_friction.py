@@ -42,7 +42,7 @@ class ViscousFriction(Effect):
                 "exponent", "-", "power of the rate", "log", 0.8, 0.25, grid=(-1.0, 1.0)
             ),
             EffectParameter(
-                "memory", "s", "time constant of the friction", "log", 0.003 * duration, 0.6
+                "memory", "s", "time constant of the friction", "log", 0.003 * duration, 1.5
             ),
             initial_state("friction at the first sample, −1 to 1 of that at the largest rate"),
         )
