@@ -12,6 +12,8 @@ from hdprog.reporting.rounding import about_middle, date_down
 from hdprog.reporting.words import quantity, threshold_words
 from hdprog.results import LEVELS, DriveResult, Forecast
 
+AT_ONCE = 1.0  # service hours ahead that no plan tells from now
+
 
 def limit_words(limit: Limit) -> str:
     """Limit in words: "lost motion above 2 arcmin"."""
@@ -97,10 +99,10 @@ def spread_about_median(forecast: Forecast) -> float:
 
 
 def due_now(forecast: Forecast) -> bool:
-    """Whether the accepted risk is reached already."""
+    """Whether the accepted risk is reached already, or within the hour."""
     return (
         forecast.inspect_before_hours is not None
-        and forecast.inspect_before_hours <= forecast.now_hours + 0.5
+        and forecast.inspect_before_hours <= forecast.now_hours + AT_ONCE
     )
 
 
@@ -109,14 +111,15 @@ def next_test_hours(result: DriveResult) -> float | None:
 
     Without an inspection before the horizon: after as long again as the longest time between
     two tests so far, and with one test only half-way to the horizon. None where the inspection
-    is due now or nothing was forecast.
+    is due now or in a couple of hours, or nothing was forecast.
     """
     forecast = overall(result.forecasts)
     if forecast is None or forecast.already_crossed or due_now(forecast):
         return None
     now = forecast.now_hours
     if forecast.inspect_before_hours is not None:
-        return now + (forecast.inspect_before_hours - now) / 2.0
+        ahead = (forecast.inspect_before_hours - now) / 2.0
+        return now + ahead if ahead > AT_ONCE else None
     hours = sorted({t.service_hours for t in result.tests if t.service_hours is not None})
     if len(hours) > 1:
         return min(now + float(np.diff(hours).max()), forecast.horizon_hours)

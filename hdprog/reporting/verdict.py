@@ -136,9 +136,13 @@ def _outlook(result: DriveResult, main: Forecast) -> tuple[Status, list[str]]:
     sentences = [_coming(main, _main_subject(result, main))]
     if outlook.due_now(main):
         risk = percent(outlook.risk_now(main))
+        accepted = share(main.acceptable_risk)
         sentences.append(
-            f"The risk that it is passed already is {risk}; the accepted risk is "
-            f"{share(main.acceptable_risk)}: inspect now."
+            f"The risk that it is passed already is {risk}; the accepted risk is {accepted}: "
+            "inspect now."
+            if outlook.risk_now(main) >= main.acceptable_risk
+            else f"The risk that it is passed reaches the accepted {accepted} within the hour: "
+            "inspect now."
         )
         return "act", sentences + _rests_on(result)
     status: Status = "good"

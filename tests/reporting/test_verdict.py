@@ -130,6 +130,27 @@ def test_a_risk_reached_today_asks_for_an_inspection_now() -> None:
     assert "the accepted risk is 5 %" in sentences[1]
 
 
+@pytest.mark.parametrize(
+    ("ahead", "words_now", "test_again"),
+    [
+        (0.8, "reaches the accepted 5 % within the hour: inspect now.", False),
+        (1.7, "; inspect before", False),
+        (400.0, "; inspect before", True),
+    ],
+)
+def test_no_test_is_asked_for_before_the_next_hour(
+    ahead: float, words_now: str, test_again: bool
+) -> None:
+    result = drives.wearing()
+    forecasts = tuple(
+        replace(one, inspect_before_hours=one.now_hours + ahead) for one in result.forecasts
+    )
+    said, sentences = words(replace(result, forecasts=forecasts))
+    assert words_now in " ".join(sentences)
+    assert any("Test again" in sentence for sentence in sentences) is test_again
+    assert (said.status == "act") is (ahead < 1.0)
+
+
 def test_several_limits_name_the_likely_first() -> None:
     _, sentences = words(drives.wearing(drives.LOST_MOTION, drives.SECANT, drives.WIDTH))
     assert sentences[0].startswith(
