@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -13,8 +13,9 @@ from hdprog.cli.exits import ExitCode
 from hdprog.errors import UsageError
 
 if TYPE_CHECKING:
-    from hdprog.config import Drive
+    from hdprog.config import Drive, ReportSettings
     from hdprog.data.loop import Loop
+    from hdprog.outcome import Outcome
 
 
 class Writable(Protocol):
@@ -158,3 +159,25 @@ def conclude(
             err=True,
         )
         raise typer.Exit(ExitCode.NOT_CONVERGED)
+
+
+def conclude_fits(
+    result: Outcome,
+    units: Callable[[ReportSettings], ReportSettings],
+    out: Path,
+    command: str,
+    *,
+    as_json: bool,
+    pdf: bool,
+    advice: str | None = None,
+) -> None:
+    """Conclude with fits of records: in the units asked for, with the doubts of the records."""
+    conclude(
+        result.reported(units),
+        out,
+        command,
+        as_json=as_json,
+        pdf=pdf,
+        advice=advice,
+        doubts=result.doubts,
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from hdprog.cli.common import command_line, conclude, output_folder, read_record
+from hdprog.cli.common import command_line, conclude_fits, output_folder, read_record
 from hdprog.cli.options import (
     AngleUnit,
     AsJson,
@@ -63,11 +63,4 @@ def explain(
 
         with progress(quiet=quiet) as report:
             result = workflow.explain(loop, settings, seed=seed, quick=quick, progress=report)
-    conclude(
-        result.reported(units),
-        folder,
-        command_line(ctx),
-        as_json=as_json,
-        pdf=pdf,
-        doubts=result.doubts,
-    )
+    conclude_fits(result, units, folder, command_line(ctx), as_json=as_json, pdf=pdf)

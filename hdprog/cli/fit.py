@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from hdprog.cli.common import command_line, conclude, output_folder, read_record, split_ids
+from hdprog.cli.common import command_line, conclude_fits, output_folder, read_record, split_ids
 from hdprog.cli.options import (
     AngleUnit,
     AsJson,
@@ -77,12 +77,4 @@ def fit(
     advice = None
     if method == "paper":
         advice = "The paper's own identification stands beside the posterior under Parameters."
-    conclude(
-        result.reported(units),
-        folder,
-        command_line(ctx),
-        as_json=as_json,
-        pdf=pdf,
-        advice=advice,
-        doubts=result.doubts,
-    )
+    conclude_fits(result, units, folder, command_line(ctx), as_json=as_json, pdf=pdf, advice=advice)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from hdprog.cli.common import command_line, conclude, output_folder
+from hdprog.cli.common import command_line, conclude_fits, output_folder
 from hdprog.cli.options import (
     AngleUnit,
     AsJson,
@@ -77,11 +77,4 @@ def run(
             fleet=fleet,
             progress=report,
         )
-    conclude(
-        result.reported(units),
-        folder,
-        command_line(ctx),
-        as_json=as_json,
-        pdf=pdf,
-        doubts=result.doubts,
-    )
+    conclude_fits(result, units, folder, command_line(ctx), as_json=as_json, pdf=pdf)
