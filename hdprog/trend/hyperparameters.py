@@ -25,9 +25,6 @@ RHAT_LIMIT = 1.02
 _COMPONENTS = 2
 _DIFFERENCE = 1e-2
 _BOTTOM = -1e12  # stands for minus infinity where differences are taken
-_DEEPEST = (
-    25.0  # fall about a mode that counts as curvature: more may be the edge of what is believed
-)
 
 LogDensity = Callable[[FloatArray], FloatArray]
 """(points, dimensions) → (points,)."""
