@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 import re
 from collections.abc import Callable
 
@@ -42,6 +43,14 @@ IDS = [
 ABSENT = {"log": -30.0, "signed": 0.0}
 
 each = pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.id)
+
+
+@each
+def test_an_effect_from_another_process_is_the_same_effect(effect: Effect) -> None:
+    again = pickle.loads(pickle.dumps(effect))
+    assert again == effect
+    assert [other.id for other in EFFECTS if other == again] == [effect.id]
+    assert {again} == {effect}
 
 
 def rich_course() -> Course:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +21,7 @@ from hdprog.physics.figures import ARCMIN_PER_RAD, FigureRequest, Operation, fig
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.followed_effects import FollowedEffects
-from hdprog.trend.loop_evidence import FittedLoop
+from hdprog.trend.loop_evidence import FittedLoop, _with_all
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.physics.table2 import POST_TEST
 
@@ -68,6 +69,16 @@ def evidence(width: float, hours: float, seed: int, followed: FollowedEffects) -
     draws = centre + 0.05 * rng.standard_normal((200, centre.size))
     point = np.concatenate([TRUTH, [0.0], shapes])
     return FittedLoop(hours, None, None, None, draws, model, point, 1.0, followed)
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_a_loop_from_another_process_has_a_followed_effect_once(own: bool) -> None:
+    fitted = pickle.loads(pickle.dumps(likelihood(WIDEST, 1, with_friction=own)))
+    shapes = [0.0] * (len(FRICTION.parameters(fitted.reduced.course.scales)) if own else 0)
+    point = np.concatenate([TRUTH, [0.0], shapes])
+    found, wider = _with_all(fitted, point, followed_by(likelihood(WIDEST, 1)))
+    assert [effect.id for effect in found.effects] == ["coulomb_friction"]
+    assert wider.size == found.size
 
 
 @pytest.mark.parametrize("amplitude", [0.0, 0.05, 1.0])

@@ -108,6 +108,13 @@ class Effect(ABC):
     lasting: ClassVar[bool] = False
     static: ClassVar[bool] = False
 
+    def __eq__(self, other: object) -> bool:
+        """Whether it is the same effect: one that comes from another process is another object."""
+        return type(self) is type(other)
+
+    def __hash__(self) -> int:
+        return hash(type(self))
+
     @abstractmethod
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
         """The effect's parameters with priors that suit a record of these scales."""
