@@ -30,6 +30,7 @@ class Errors:
     repeatability : how far the cycles of a record differ; None where it is not known of all tests
     added : something was added to the drive model
     tests : their number
+    shown_in : how many of them have what was added, of several effects the one in most
     """
 
     before: ErrorFigures
@@ -38,6 +39,7 @@ class Errors:
     repeatability: float | None
     added: bool
     tests: int = 1
+    shown_in: int = 1
 
 
 def errors(explanation: Explanation | DriveExplanation) -> Errors:
@@ -59,7 +61,12 @@ def errors(explanation: Explanation | DriveExplanation) -> Errors:
         _repeatability(tests),
         added,
         len(tests),
+        max((_tests_with(effect.id, tests) for effect in explanation.effects), default=0),
     )
+
+
+def _tests_with(effect: str, tests: Sequence[Explanation]) -> int:
+    return sum(any(one.id == effect for one in test.effects) for test in tests)
 
 
 def _repeatability(tests: Sequence[Explanation]) -> float | None:
@@ -105,10 +112,16 @@ def not_predicted(found: Errors) -> str | None:
     ratio = _left_out(found)
     if not found.added or ratio is None or ratio < 1.0 - _SAME:
         return None
-    way = "grew" if ratio > 1.0 + _SAME else "did not fall"
+    grew = ratio > 1.0 + _SAME
+    if found.shown_in > 1 and not grew:
+        return (
+            f"{LEFT_OUT.capitalize()} the error did not fall: one record by itself hardly tells "
+            f"what was added, but {found.shown_in} of {found.tests} tests show it."
+        )
     return (
-        f"{LEFT_OUT.capitalize()} the error {way}: what was added describes these readings and "
-        "does not predict others, so do not rely on it until another record shows it too."
+        f"{LEFT_OUT.capitalize()} the error {'grew' if grew else 'did not fall'}: what was added "
+        "describes these readings and does not predict others, so do not rely on it until another "
+        "record shows it too."
     )
 
 

@@ -247,11 +247,25 @@ def _one_test(result: DriveResult) -> str:
 
 
 def _rests_on(result: DriveResult) -> list[str]:
-    """Who carried the forecast, where that is not the drive's own tests."""
-    carrier = _carrier(result)
+    """Who carried the forecast, if not the drive's own tests, and which figures it misses."""
+    carrier, said = _carrier(result), []
     if len(result.tests) == 2:
-        return [
+        said.append(
             f"With {counted(2, 'test')} the pace of wear still leans on {carrier}: expect the "
             "interval to move with the next test."
-        ]
-    return []
+        )
+    missed = [quantity(key).name for key in _missed(result)]
+    if missed:
+        said.append(
+            f"The trend does not reproduce what tests say of {listed(missed)}: do not rely on its "
+            f"forecast of {agree(len(missed), 'it', 'them')} before you have read the warnings."
+        )
+    return said
+
+
+def _missed(result: DriveResult) -> list[str]:
+    """Keys of figures with a limit that the trend does not reproduce."""
+    if result.trend is None:
+        return []
+    limited = {limit.key for limit in result.drive.limits}
+    return [one.key for one in result.trend.not_reproduced if one.key in limited]

@@ -58,6 +58,30 @@ def test_an_error_that_does_not_fall_on_data_left_out_is_said(
         assert any(words in text for text in verdict(explanations.single(record)).sentences)
 
 
+@pytest.mark.parametrize(
+    ("left_out", "words"),
+    [
+        (
+            119e-6,
+            "On data left out of the fit the error did not fall: one record by itself hardly tells "
+            "what was added, but 2 of 3 tests show it.",
+        ),
+        (140e-6, "On data left out of the fit the error grew: what was added describes "),
+    ],
+)
+def test_an_effect_that_several_tests_show_needs_no_further_record(
+    left_out: float, words: str
+) -> None:
+    found = reached(8e-6, left_out)
+    without = replace(found, effects=(), after=found.before)
+    drive = explanations.drive_explanation(tests=(without, found, found), effects=found.effects)
+    assert (not_predicted(errors(drive)) or "").startswith(words)
+    once = replace(drive, tests=(without, without, replace(found, before=found.after)))
+    said = not_predicted(errors(once))
+    assert said is not None
+    assert said.endswith("until another record shows it too.")
+
+
 def test_nothing_added_predicts_nothing_worse() -> None:
     assert not_predicted(errors(explanations.adequate())) is None
 

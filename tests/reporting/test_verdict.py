@@ -10,7 +10,7 @@ import pytest
 from hdprog.config import Limit
 from hdprog.reporting.present import probability_bounds
 from hdprog.reporting.verdict import Verdict, verdict
-from hdprog.results import DriveResult
+from hdprog.results import DriveResult, NotReproduced
 from tests.reporting import drives
 from tests.reporting.page import spaced
 
@@ -169,6 +169,20 @@ def test_one_test_says_that_the_prior_carries_it() -> None:
 def test_two_tests_say_that_they_lean_on_the_prior() -> None:
     _, sentences = words(drives.wearing(count=2))
     assert any("still leans on the prior" in sentence for sentence in sentences)
+
+
+@pytest.mark.parametrize("result", [drives.wearing(), drives.past_limit()])
+def test_a_trend_that_misses_a_limited_figure_is_said(result: DriveResult) -> None:
+    assert result.trend is not None
+    seen = (1.1, 1.15, 1.2), (1.4, 1.43, 1.46)
+    missed = [NotReproduced(key, (1,), 1, *seen) for key in ("lost_motion_arcmin", "preload_Nm")]
+    with_it = replace(result, trend=replace(result.trend, not_reproduced=tuple(missed)))
+    said = (
+        "The trend does not reproduce what tests say of lost motion: do not rely on its forecast "
+        "of it before you have read the warnings."
+    )
+    assert said in words(with_it)[1]
+    assert said not in words(result)[1]
 
 
 def test_what_did_not_converge_is_said_before_everything() -> None:
