@@ -54,13 +54,14 @@ def refits_again(
     return dict(zip(candidates, found, strict=True))
 
 
-def refit_like(candidate: Model, model: Model, other: Model) -> Model:
+def refit_like(candidate: Model, model: Model, other: Model, rng: np.random.Generator) -> Model:
     """A candidate refitted from the shape that its effect has on another record.
 
     Parameters
     ----------
     candidate, other : with the effect, as their last
     model : the candidate without it
+    rng : for starts of the drive's parameters all over the prior, which may stand in for the effect
     """
     likelihood = candidate.likelihood
     scales = likelihood.reduced.course.scales
@@ -77,8 +78,9 @@ def refit_like(candidate: Model, model: Model, other: Model) -> Model:
             for start in simpler.starts[:2]
             for shape in shapes
         ]
-        starts = sorted(descend_all(wider, points, 16), key=lambda start: start.deviance)
-        found += _settled(Model(wider, tuple(starts)), simpler) if starts else []
+        near = [start.point for start in descend_all(wider, points, 16)]
+        starts = starting_points(wider, rng, starts=4, known=[points[0], *near])
+        found += _settled(Model(wider, tuple(starts)), simpler)
     return max(found, key=lambda one: one.log_evidence)
 
 

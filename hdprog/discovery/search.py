@@ -114,7 +114,8 @@ def trace(
         now = made = forward_steps(models, offered, made, children(rngs), spread, inner)
         chosen = _choose(now, bases, further=bool(taken))
         if chosen is not None:
-            now = _fairly(_alike(now, chosen, spread), chosen, children(rngs), spread)
+            now = _alike(now, chosen, rngs, spread)
+            now = _fairly(now, chosen, children(rngs), spread)
             if not taken:
                 bases = [step.before for step in now]
             models = [step.before for step in now]
@@ -133,7 +134,7 @@ def trace(
     finals = with_unknown(bases, models, remaining, rngs, spread)
     if remaining is not None and _gave_way(models, finals) and (small := _leading(made)):
         # A free curve may be needed only for what one more mechanism carries.
-        more = [small.joined(step) for step in _alike(made, small, spread)]
+        more = [small.joined(step) for step in _alike(made, small, rngs, spread)]
         others = with_unknown(bases, more, None, rngs, spread)
         if not _gave_way(more, others):
             models, finals = more, others
@@ -173,21 +174,26 @@ def _carries(bases: Sequence[Model], before: Sequence[Model], after: Sequence[Mo
 
 
 def _alike(
-    steps: Sequence[Step], choice: _Choice, spread: Callable[..., Iterable[Any]]
+    steps: Sequence[Step],
+    choice: _Choice,
+    rngs: Sequence[np.random.Generator],
+    spread: Callable[..., Iterable[Any]],
 ) -> list[Step]:
-    """The steps with a common effect refitted from where it is seen best.
+    """The steps with an effect refitted from where it is seen best.
 
-    A record that hardly shows it by itself may have settled on another shape.
+    A record that hardly shows it by itself may have settled on another shape, or on drive
+    parameters that stand in for it.
     """
-    if not choice.common:
-        return list(steps)
     name = choice.name
     before = [step.before for step in steps]
     found = [step.models.get(name, step.before) for step in steps]
     shown = [at for at, step in enumerate(steps) if name in step.models]
     best = max(shown, key=lambda at: steps[at].gains[name])
     others = [at for at in shown if at != best]
-    found = refitted(found, others, spread, refit_like, before, [found[best]] * len(steps))
+    if not others:
+        return list(steps)
+    like, own = [found[best]] * len(steps), children(rngs)
+    found = refitted(found, others, spread, refit_like, before, like, own)
     return [
         replace(step, models={**step.models, name: one}) if name in step.models else step
         for step, one in zip(steps, found, strict=True)

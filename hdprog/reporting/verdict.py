@@ -9,6 +9,7 @@ import numpy as np
 
 from hdprog.reporting import outlook
 from hdprog.reporting.effect_words import traced_sentences
+from hdprog.reporting.left_out import left_out_sentences
 from hdprog.reporting.present import against_limit, condition
 from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.rounding import (
@@ -85,6 +86,7 @@ def _verdict(result: DriveResult) -> Verdict:
         status, said = _outlook(result, main)
         sentences += said
     if result.explanation is not None:
+        sentences += left_out_sentences(result)
         sentences += traced_sentences(result.explanation)
     provisional = not result.converged
     label = _LABELS[status] + (" \u2013 provisional" if provisional else "")
@@ -257,15 +259,16 @@ def _rests_on(result: DriveResult) -> list[str]:
     missed = [quantity(key).name for key in _missed(result)]
     if missed:
         said.append(
-            f"The trend does not reproduce what tests say of {listed(missed)}: do not rely on its "
-            f"forecast of {agree(len(missed), 'it', 'them')} before you have read the warnings."
+            f"The trend does not reproduce what the last test says of {listed(missed)}: read the "
+            f"warnings before you rely on its forecast of {agree(len(missed), 'it', 'them')}."
         )
     return said
 
 
 def _missed(result: DriveResult) -> list[str]:
-    """Keys of figures with a limit that the trend does not reproduce."""
+    """Keys of figures with a limit that the trend does not reproduce for the last test."""
     if result.trend is None:
         return []
-    limited = {limit.key for limit in result.drive.limits}
-    return [one.key for one in result.trend.not_reproduced if one.key in limited]
+    limited, last = {limit.key for limit in result.drive.limits}, len(result.tests) - 1
+    missed = result.trend.not_reproduced
+    return [one.key for one in missed if one.key in limited and last in one.tests]
