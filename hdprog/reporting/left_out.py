@@ -1,0 +1,79 @@
+"""Lasting effects that the figures which limits are held against leave out.
+
+An effect that grows with service hours is the drive's, and a forecast follows it; one that stays
+as it is belongs to the rig. Where the tests do not say, or nothing is forecast, figures are without
+it, and the reader has to know what it would add.
+"""
+
+from __future__ import annotations
+
+from hdprog.config import Limit
+from hdprog.explanation import UNKNOWN, FoundEffect
+from hdprog.physics.effects import BY_ID
+from hdprog.reporting.effect_words import effect_name
+from hdprog.reporting.present import probability_bounds
+from hdprog.reporting.words import (
+    agree,
+    capital,
+    figure_interval,
+    listed,
+    quantity,
+    with_unit,
+)
+from hdprog.results import DriveResult, TestResult
+
+_HALF = 0.5  # of the 90 % interval without the effect: less is not worth a word
+
+
+def left_out_sentences(result: DriveResult) -> list[str]:
+    """Limited figures of the last test with the effects that nothing else counts; or nothing."""
+    found = _left_out(result)
+    test = result.tests[-1]
+    told = [_told(test, limit) for limit in result.drive.limits if _matters(test, limit.key)]
+    if not found or not told:
+        return []
+    names, many = listed(effect_name(effect.id) for effect in found), len(found)
+    it = agree(many, "it", "them")
+    if all(effect.origin == "wear" for effect in found):
+        whose = f"{agree(many, 'grows', 'grow')} with wear"
+    else:
+        source = "from the rig or from wear, which these tests do not tell"
+        whose = f"{agree(many, 'comes', 'come')} {source}"
+    what = "Forecast and limits are held" if result.forecasts else "The limits are held"
+    return [
+        f"{capital(names)} {whose}. {what} against the drive without {it}; with {it} "
+        f"{listed(told)}."
+    ]
+
+
+def _left_out(result: DriveResult) -> list[FoundEffect]:
+    explanation = result.explanation
+    if explanation is None:
+        return []
+    followed = () if result.trend is None else result.trend.followed
+    return [
+        effect
+        for effect in explanation.effects
+        if effect.id != UNKNOWN
+        and BY_ID[effect.id].lasting
+        and BY_ID[effect.id].static
+        and effect.id not in followed
+        and effect.origin != "rig"
+    ]
+
+
+def _matters(test: TestResult, key: str) -> bool:
+    with_it, alone = test.figures_with_effects.get(key), test.figures.get(key)
+    if with_it is None or alone is None:
+        return False
+    return abs(with_it[0.50] - alone[0.50]) > _HALF * (alone[0.95] - alone[0.05])
+
+
+def _told(test: TestResult, limit: Limit) -> str:
+    levels, named = test.figures_with_effects[limit.key], quantity(limit.key)
+    low, middle, high = figure_interval(limit.key, levels[0.05], levels[0.50], levels[0.95])
+    said = f"{named.name} is {with_unit(middle, named.unit)} (90 %: {low} to {high})"
+    at_least, at_most = probability_bounds(levels, limit)
+    if at_least > 0.949:
+        return f"{said}, past its limit"
+    return f"{said}, inside its limit" if at_most < 0.051 else f"{said}, about its limit"

@@ -1,0 +1,73 @@
+"""Lasting effects that neither forecast nor limits count are told with what they would add."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from hdprog.explanation import Origin
+from hdprog.reporting.verdict import verdict
+from hdprog.results import DriveResult
+from tests.reporting import drives, explanations
+from tests.reporting.page import spaced
+
+KEY = "lost_motion_arcmin"
+
+
+def with_play(result: DriveResult, added: float) -> DriveResult:
+    """The result, its last test with so much more lost motion in arcmin where play counts."""
+    *others, last = result.tests
+    seen = {KEY: {level: value + added for level, value in last.figures[KEY].items()}}
+    tests = (*others, replace(last, figures_with_effects=seen))
+    return replace(result, tests=tests)
+
+
+def of_drive(origin: Origin, followed: tuple[str, ...] = ()) -> DriveResult:
+    found = explanations.drive_explanation(effects=(explanations.backlash(origin=origin),))
+    result = explanations.of_drive(found)
+    assert result.trend is not None
+    return replace(result, trend=replace(result.trend, followed=followed))
+
+
+def said(result: DriveResult) -> list[str]:
+    sentences = [spaced(text) for text in verdict(result).sentences]
+    return [text for text in sentences if "from the rig or from wear" in text]
+
+
+def test_a_drive_whose_play_may_be_wear_is_told_with_it() -> None:
+    (found,) = said(with_play(of_drive("unclear"), 1.3))
+    assert found.startswith(
+        "Backlash comes from the rig or from wear, which these tests do not tell. Forecast and "
+        "limits are held against the drive without it; with it lost motion is "
+    )
+    assert found.endswith("past its limit.")
+    assert said(with_play(of_drive("unclear"), 0.5))[0].endswith("inside its limit.")
+
+
+@pytest.mark.parametrize(
+    "result",
+    [
+        with_play(of_drive("unclear"), 0.001),
+        with_play(of_drive("rig"), 1.3),
+        with_play(of_drive("wear", ("backlash",)), 1.3),
+        with_play(explanations.of_drive(explanations.adequate_drive()), 1.3),
+        with_play(drives.wearing(), 1.3),
+    ],
+    ids=["hardly anything", "the rig", "followed", "nothing found", "nothing sought"],
+)
+def test_nothing_is_said_where_nothing_is_left_out(result: DriveResult) -> None:
+    assert not said(result)
+
+
+def test_play_that_grows_is_told_where_nothing_is_forecast() -> None:
+    result = replace(with_play(of_drive("wear"), 1.3), trend=None, forecasts=())
+    sentences = [spaced(text) for text in verdict(result).sentences]
+    (found,) = (text for text in sentences if "against the drive without it" in text)
+    assert found.startswith("Backlash grows with wear. The limits are held against ")
+
+
+def test_a_single_record_with_play_is_told_with_it() -> None:
+    record = explanations.record("explained", (explanations.backlash(),), "backlash")
+    (found,) = said(with_play(explanations.single(record), 1.3))
+    assert "The limits are held against the drive without it; with it lost motion is " in found
