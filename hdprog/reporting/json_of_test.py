@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from hdprog.reporting.json_values import number, quantiles
+from hdprog.reporting.left_structure import structure_warnings
 from hdprog.reporting.sections.paper_method import where_it_fails
 from hdprog.reporting.weak_words import weak_words
 from hdprog.reporting.words import keyboard_signs
@@ -46,7 +47,7 @@ def test_json(test: TestResult) -> dict[str, Any]:
         "sensitivity": {name: _sensitivity(found) for name, found in test.sensitivity.items()},
         "other_tooth_angle": _other_tooth_angle(test.other_tooth_angle),
         "paper_identification": _paper(test),
-        "warnings": [*test.warnings, *weak_words(test)],
+        "warnings": [*test.warnings, *structure_warnings(test), *weak_words(test)],
     }
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from hdprog.reporting import outlook
 from hdprog.reporting.effect_words import traced_sentences
 from hdprog.reporting.left_out import left_out_sentences
+from hdprog.reporting.left_structure import structure_sentences
 from hdprog.reporting.present import against_limit, condition
 from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.rounding import (
@@ -88,6 +89,7 @@ def _verdict(result: DriveResult) -> Verdict:
     if result.explanation is not None:
         sentences += left_out_sentences(result)
         sentences += traced_sentences(result.explanation)
+    sentences += structure_sentences(result)
     provisional = not result.converged
     label = _LABELS[status] + (" \u2013 provisional" if provisional else "")
     return Verdict(status, provisional, label, tuple(map(tidy, sentences)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -22,6 +21,7 @@ from hdprog.reporting.geometry import (
     straightened,
     stretches,
 )
+from hdprog.reporting.left_structure import structure_remains
 from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.reader_units import loop_angle, loop_torque
 from hdprog.reporting.rounding import significant
@@ -37,7 +37,6 @@ from hdprog.reporting.style import (
 from hdprog.results import TestResult
 
 _MOST_ROWS = 200  # in the file of a panel's numbers: a report may hold a dozen of them
-STRUCTURE_CORRELATION = 0.3
 """Correlation of neighbouring residuals from which the report says that structure remains."""
 
 
@@ -75,16 +74,6 @@ def _padded(series: Sequence[FloatArray]) -> tuple[float, float]:
     low, high = min(map(np.min, series)), max(map(np.max, series))
     margin = 0.06 * (high - low)
     return float(low - margin), float(high + margin)
-
-
-def structure_remains(test: TestResult) -> bool:
-    """Whether neighbouring residuals are alike: more than noise is left over.
-
-    For independent residuals of n blocks the correlation scatters by 1/√n: five of these, and
-    never less than `STRUCTURE_CORRELATION`.
-    """
-    needed = max(STRUCTURE_CORRELATION, 5.0 / math.sqrt(test.fit.residual.size))
-    return test.residual_correlation > needed
 
 
 def loop_panel(test: TestResult, scales: PanelScales) -> Picture:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from hdprog.reporting import outlook
 from hdprog.reporting.effect_words import found_words
-from hdprog.reporting.figures.loop_panel import structure_remains
 from hdprog.reporting.fit_names import explanations, named_warnings
+from hdprog.reporting.left_structure import STRUCTURE, structure_remains
 from hdprog.reporting.number_ranges import joined, shape_of
 from hdprog.reporting.rounding import hours
 from hdprog.reporting.trend_words import trend_warnings
@@ -37,11 +37,7 @@ def warnings(result: DriveResult) -> list[str]:
         explanation = by_test.get(test.test_id)
         own = named_warnings(test, explanation)
         if structure_remains(test) and not (explanation is not None and explanation.effects):
-            own.append(
-                "The residual is more than noise: something acts that the model lacks, and "
-                "figures and forecast may be biased. The intervals are widened by the correlated "
-                "noise model; look at the residual strip for its shape."
-            )
+            own.append(STRUCTURE)
         own += weak_words(test)
         for text in dict.fromkeys(own):
             by_shape.setdefault(shape_of(text), []).append((test.test_id, text))

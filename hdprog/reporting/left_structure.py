@@ -1,0 +1,57 @@
+"""Structure that a fit leaves and that nothing added accounts for: when it is said, and how."""
+
+from __future__ import annotations
+
+import math
+
+from hdprog.reporting.fit_names import explanations
+from hdprog.reporting.rounding import significant
+from hdprog.reporting.words import agree, listed
+from hdprog.results import DriveResult, TestResult
+
+STRUCTURE = (
+    "The residual is more than noise: something acts that the model lacks, and figures and "
+    "forecast may be biased. The intervals are widened by the correlated noise model; look at the "
+    "residual strip for its shape."
+)
+_CORRELATION = 0.3
+_ABOVE = 1.2  # times the noise from which the verdict speaks of it
+
+
+def structure_remains(test: TestResult) -> bool:
+    """Whether neighbouring residuals are alike: more than noise is left over.
+
+    For independent residuals of n blocks the correlation scatters by 1/√n: five of these, and
+    never less than 0.3.
+    """
+    needed = max(_CORRELATION, 5.0 / math.sqrt(test.fit.residual.size))
+    return test.residual_correlation > needed
+
+
+def structure_warnings(test: TestResult) -> list[str]:
+    """The warning of a test by itself; none where an effect was added to it."""
+    return [STRUCTURE] if structure_remains(test) and not test.effects else []
+
+
+def structure_sentences(result: DriveResult) -> list[str]:
+    """Say in the verdict which tests are left with structure; or nothing."""
+    by_test = explanations(result)
+    left = []
+    for test in result.tests:
+        found = by_test.get(test.test_id)
+        above = test.rmse_rad > _ABOVE * test.noise_floor_rad
+        if above and structure_remains(test) and not (found is not None and found.effects):
+            left.append(test)
+    if not left:
+        return []
+    most = max(test.rmse_rad / test.noise_floor_rad for test in left)
+    which = ""
+    if len(result.tests) > 1:
+        names = listed(test.test_id for test in left)
+        which = f" of {agree(len(left), 'test', 'tests')} {names}"
+    sought = "" if result.explanation is None else ", and no effect or curve accounts for it"
+    return [
+        f"What the fit leaves{which} hangs together and is "
+        f"{'up to ' if len(left) > 1 else ''}{significant(most, 2)} times the noise{sought}: "
+        "something acts that the model lacks, and what is said here may be biased by it."
+    ]
