@@ -53,8 +53,7 @@ def _as_a_run_would(report: CheckReport, drive_file: Path | None) -> CheckReport
     from hdprog.data.tests_table import read_tests
     from hdprog.errors import BadInputError
     from hdprog.forecast.crossing import require_horizon_ahead
-    from hdprog.inference.prior_file import name_of_model, prior_of_drive
-    from hdprog.inference.priors import RecordScales
+    from hdprog.inference.prior_file import name_of_model, require_prior
 
     try:
         drive = read_drive(place)
@@ -63,7 +62,7 @@ def _as_a_run_would(report: CheckReport, drive_file: Path | None) -> CheckReport
         return report  # told already
     problems: list[str] = []
     try:
-        prior_of_drive(drive, RecordScales(1.0, 1.0))
+        require_prior(drive)
     except BadInputError as error:
         problems.append(str(error))
     if tests:

@@ -16,6 +16,7 @@ _FEWEST_SAMPLES = 20
 # above the torque at which it began.
 _FULL_SHARE = 2.0 / 3.0
 _FALLING = -0.7  # correlation of torque and angle
+_COLDEST = -273.15  # °C
 _SIDE_SHARE = 0.2  # of the largest torque: less on a side is noise or overshoot
 
 
@@ -33,7 +34,7 @@ def require_usable(loop: Loop, turns: NDArray[np.intp]) -> None:
     ------
     BadInputError
         Fewer than 20 samples, constant torque or angle, less than one full loading and unloading,
-        or an angle that falls as the torque rises.
+        an angle that falls as the torque rises, or a temperature below absolute zero.
     """
     if len(loop) < _FEWEST_SAMPLES:
         raise BadInputError(
@@ -78,6 +79,13 @@ def require_usable(loop: Loop, turns: NDArray[np.intp]) -> None:
             loop.source,
             "torque and angle counted in the same direction",
             "Change the sign of one of the two columns in the record.",
+        )
+    if loop.temperature is not None and loop.temperature.min() < _COLDEST:
+        raise BadInputError(
+            f"{loop.temperature.min():.6g} °C",
+            f"{loop.source}, temperature",
+            f"no temperature below {_COLDEST} °C, absolute zero",
+            "Check the sensor, or leave the column out.",
         )
 
 

@@ -125,6 +125,11 @@ def prior_of_drive(drive: Drive, scales: RecordScales) -> tuple[Prior, str | Non
     )
 
 
+def require_prior(drive: Drive) -> None:
+    """Refuse what `prior_of_drive` refuses, before there is a record."""
+    prior_of_drive(drive, RecordScales(1.0, 1.0))
+
+
 def _require_stretches(drive: Drive, torques: tuple[float, float] | None) -> None:
     """Refuse limits on K1 to K3 where the maker's T1 and T2 (Nm) are not known or leave none."""
     reference = drive.reference_torque or drive.rated_torque

@@ -13,6 +13,7 @@ from sqlalchemy.orm import Session
 
 from hdprog.config import Drive, drive_from_mapping
 from hdprog.errors import BadInputError
+from hdprog.inference.prior_file import require_prior
 from hdprog.store.audit import Actor, note
 from hdprog.store.tables import DriveRow, LimitRow
 
@@ -27,7 +28,8 @@ def declare(content: Mapping[str, Any]) -> Drive:
     ------
     BadInputError
         for what `hdprog.config` refuses; for an id that is no name; for a prior that is a path,
-        since a server opens no file that somebody names
+        since a server opens no file that somebody names; for what an analysis would refuse: a prior
+        that does not exist, or limits on K1 to K3 without the maker's torques
     """
     drive = drive_from_mapping(content)
     if not _NAME.fullmatch(drive.id):
@@ -51,6 +53,7 @@ def declare(content: Mapping[str, Any]) -> Drive:
             "the name of a shipped prior, such as csf-25-80",
             "Leave [prior] out: the drive's model finds its prior. `hdprog prior list` shows all.",
         )
+    require_prior(drive)
     return drive
 
 

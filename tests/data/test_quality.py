@@ -159,6 +159,14 @@ def test_a_sign_that_is_turned_round() -> None:
     assert "wrong sign" in warned(Loop(torque, -angle + 1.5 * noise))
 
 
+def test_a_temperature_below_absolute_zero_is_refused() -> None:
+    torque, angle = two_sided()
+    temperature = np.full(torque.size, 21.0)
+    temperature[7] = -300.0
+    with pytest.raises(BadInputError, match="-300 °C; expected no temperature below -273.15 °C"):
+        assess(Loop(torque, angle, temperature=temperature))
+
+
 def test_minor_loops_do_not_interrupt_a_branch() -> None:
     assert branch_coverage(np.array([0.0, 20, 15, 40, 30, 35, 0])) == (1.0, 1.0)
     assert branch_coverage(np.array([0.0, 40])) == (1.0, 0.0)

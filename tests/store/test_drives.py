@@ -67,6 +67,21 @@ def test_no_prior_is_read_from_a_path(store: Store, prior: str) -> None:
         add_drive(session, COMMAND_LINE, said)
 
 
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ({"prior": {"file": "csf-99-80"}}, "csf-99-80"),
+        ({"limits": [{"quantity": "K1_Nm_per_rad", "below": 9000.0}]}, "no T1 and T2"),
+    ],
+)
+def test_what_an_analysis_would_refuse_is_refused_at_once(
+    store: Store, said: dict[str, Any], words: str
+) -> None:
+    declared = content(model=None) | said
+    with store.writing() as session, pytest.raises(BadInputError, match=words):
+        add_drive(session, COMMAND_LINE, declared)
+
+
 def test_limits_change_and_the_trail_tells(store: Store) -> None:
     with store.writing() as session:
         add_sample(session)
