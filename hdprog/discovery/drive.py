@@ -111,7 +111,8 @@ def origin_of(sizes: FloatArray) -> Origin:
 
     A line through the sizes over service time, weighted by their errors and a scatter of 15 % from
     test to test: growth by half at more than three standard errors is wear; no slope, in at least
-    four of five tests, is the rig.
+    four of five tests, is the rig. A test without the effect says that it is absent no better than
+    the others say how large it is.
 
     Parameters
     ----------
@@ -122,7 +123,8 @@ def origin_of(sizes: FloatArray) -> Origin:
     hours, size = sizes[:, 0] / sizes[:, 0].max(), sizes[:, 2]
     present = size > 0
     error = np.hypot((sizes[:, 3] - sizes[:, 1]) / 3.29, _SCATTER * size)
-    error = np.maximum(error, 0.3 * np.median(error[present]))
+    error[~present] = np.median(error[present])
+    error = np.maximum(error, 0.3 * np.median(size[present]))
     design = np.column_stack([np.ones_like(hours), hours]) / error[:, None]
     covariance = np.linalg.inv(design.T @ design)
     level, slope = covariance @ design.T @ (size / error)

@@ -13,11 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hdprog.inference.likelihood import LoopLikelihood
+from hdprog.physics.effects.model import EffectSet
 from hdprog.physics.parameters import FloatArray
 
 _STEP = 1e-4  # of the finite differences, in effects' coordinates (of order 1 each)
 _ITERATIONS = 3
 _SHORTER = (1.0, 0.3, 0.09)  # shares of a step, until one leads down
+# Bounded coordinates have longer tails than a Gaussian: some draws go farther.
+_WIDE_SHARE, _WIDE = 0.2, 2.5
 _TOGETHER = 128  # draws whose angles stay in the processor's cache
 
 
@@ -49,7 +52,7 @@ def draw_effects(
     with np.errstate(over="ignore", invalid="ignore"):
         for start in range(0, len(points), _TOGETHER):
             part = slice(start, start + _TOGETHER)
-            given = _Given(exact, points[part], offset[part], scale[part])
+            given = _Given.of(exact, points[part], offset[part], scale[part])
             best = _best(given, (begin[part], np.broadcast_to(beside, begin[part].shape)))
             effects, log_density = _drawn(given, best, rng)
             complete[part] = np.hstack([points[part], effects])
@@ -79,19 +82,41 @@ class _At:
 
 @dataclass(frozen=True)
 class _Given:
-    """What is given while the effects are sought."""
+    """What is given while the effects are sought.
+
+    Attributes
+    ----------
+    bare : (draws, blocks) angle that effects are added to; None where one acts on what gives it
+    """
 
     exact: LoopLikelihood
     points: FloatArray
     offset: FloatArray
     scale: FloatArray
+    bare: FloatArray | None
+
+    @staticmethod
+    def of(
+        exact: LoopLikelihood, points: FloatArray, offset: FloatArray, scale: FloatArray
+    ) -> _Given:
+        effects, bare = exact.effect_set, None
+        if effects.angle_effects == effects.effects:
+            bare = exact.angle_with(points, {}, EffectSet((), effects.scales))
+        return _Given(exact, points, offset, scale, bare)
 
     def at(self, effects: FloatArray) -> _At:
-        angle = self.exact.angle(np.hstack([self.points, effects]))
-        left = self.exact.whiten(self.exact.fitted - angle - self.offset[:, None])
+        left = self.exact.whiten(self.exact.fitted - self._angle(effects) - self.offset[:, None])
         left = left / self.scale[:, None]
         cost = 0.5 * np.einsum("db,db->d", left, left) + 0.5 * np.sum(effects**2, axis=1)
         return _At(effects, left, np.where(np.isfinite(cost), cost, np.inf))
+
+    def _angle(self, effects: FloatArray) -> FloatArray:
+        exact, bare = self.exact, self.bare
+        if bare is None:
+            return exact.angle(np.hstack([self.points, effects]))
+        values, course = exact.effect_set.values(effects), exact.reduced.course
+        added = (one.evaluate(course, values[one.id], bare) for one in exact.effects)
+        return np.asarray(sum(added, start=bare))
 
     def slopes(self, here: _At) -> FloatArray:
         """(draws, k, blocks) of what is left, by the effects' coordinates."""
@@ -122,9 +147,14 @@ def _precision(slopes: FloatArray) -> FloatArray:
 
 
 def _drawn(given: _Given, best: _At, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Coordinates (draws, k) from the Gaussians about the best ones, and their log density."""
+    """Coordinates (draws, k) about the best ones, some from wider Gaussians, and log density."""
     root = np.linalg.cholesky(_precision(given.slopes(best)))
-    normal = rng.standard_normal(best.effects.shape)
+    draws, size = best.effects.shape
+    spread = np.where(rng.random(draws) < _WIDE_SHARE, _WIDE, 1.0)
+    normal = spread[:, None] * rng.standard_normal((draws, size))
     away = np.linalg.solve(root.swapaxes(1, 2), normal[..., None])[..., 0]
+    squares = np.sum(normal**2, axis=1)
+    narrow = np.log1p(-_WIDE_SHARE) - 0.5 * squares
+    wide = np.log(_WIDE_SHARE) - size * np.log(_WIDE) - 0.5 * squares / _WIDE**2
     density = np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
-    return best.effects + away, density - 0.5 * np.sum(normal**2, axis=1)
+    return best.effects + away, density + np.logaddexp(narrow, wide)

@@ -159,10 +159,10 @@ def sample_posterior(
         warnings.append(_figures_leave_out(likelihood))
     if drawn is not None and not drawn.exact:
         warnings.append(
-            "The effects' parameters are drawn from a model that is linear in them, and this record"
-            f" bends it (Pareto k {drawn.pareto_k:.2f}, at most {PARETO_K_LIMIT:.2f} is trusted; "
-            f"{drawn.effective:.0f} effective draws by weights): their "
-            "intervals are rough; the drive's parameters are less touched."
+            "The effects were integrated out with a model that is linear in them, and this record "
+            f"bends it: the weights that make up for it are uneven (Pareto k {drawn.pareto_k:.2f}, "
+            f"at most {PARETO_K_LIMIT:.2f} is trusted; {drawn.effective:.0f} effective draws), so "
+            "that intervals are rough."
         )
     return Posterior(
         loop=prepared.loop,

@@ -3,9 +3,9 @@
 Near their best values ẑ the angle is linear in the effects' coordinates,
 f(x, z) ≈ f(x, ẑ) + E (z − ẑ). With their standard Gaussian prior, z is integrated out exactly: −E ẑ
 joins the model and E Eᵀ the noise. The sampler then sees nine dimensions whatever effects there
-are. Afterwards z is drawn from its exact conditional distribution, and the draws are taken again by
-importance weights against the exact density, whose Pareto k says whether that holds. Where it does
-not, z is drawn about its own best values at each draw (see `conditional_effects`).
+are. Afterwards z is drawn about its own best values at each draw (see `conditional_effects`), and
+the draws are taken again by importance weights against the exact density, whose Pareto k says
+whether that holds.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class EffectDraws:
     offset, scale : (draws,) of the angle in rad, of the noise
     pareto_k : of the weights of the exact density over that which they were drawn from
     effective : draws that the weighted ones are worth
-    exact : whether they follow the exact density; what they were drawn from if the weights do not
-        hold
+    exact : whether they follow the exact density; more roughly where Pareto k is high, and not
+        weighted at all where few would be left
     """
 
     points: FloatArray
@@ -101,100 +101,35 @@ class LinearisedEffects:
         groups : of draws that follow each other and share nothing; they stay apart
         rng : source of randomness
         """
-        given = (points, offset, scale)
-        found = _weighted(given, *self._about_the_mode(*given, rng), groups, rng)
-        if not found.exact:
-            found = _weighted(given, *self._about_their_own(*given, rng), groups, rng)
-        return found
-
-    @cached_property
-    def _conditional(self) -> tuple[FloatArray, FloatArray]:
-        """Of the effects given a point: what pulls their mean, (blocks, k), and their scatter."""
-        pulled = self.sampled.whiten(self.features.T).T
-        spread = np.eye(self.features.shape[1]) - pulled.T @ pulled
-        values, vectors = np.linalg.eigh(0.5 * (spread + spread.T))
-        return pulled, vectors * np.sqrt(np.maximum(values, 0.0))
-
-    def _about_the_mode(
-        self, points: FloatArray, offset: FloatArray, scale: FloatArray, rng: np.random.Generator
-    ) -> tuple[FloatArray, FloatArray]:
-        complete, log_ratio = np.empty((len(points), self.exact.size)), np.empty(len(points))
+        assert self.sampled.held is not None
+        begin, sampled_at = [], []
         # Few points at a time: their angles stay in the processor's cache.
         for start in range(0, len(points), _TOGETHER):
             part = slice(start, start + _TOGETHER)
-            complete[part], log_ratio[part] = self._complete(
-                points[part], offset[part], scale[part], rng
-            )
-        return complete, log_ratio
-
-    def _complete(
-        self, points: FloatArray, offset: FloatArray, scale: FloatArray, rng: np.random.Generator
-    ) -> tuple[FloatArray, FloatArray]:
-        """Points with effects (draws, size), and log of the exact density over the linearised."""
-        own = self.exact
-        _, factor = self._conditional
-        left, mean = self._left(points, offset)
-        drawn = rng.standard_normal(mean.shape) @ factor.T
-        effects = (mean + scale[:, None] * drawn) / self.scale
-        complete = np.hstack([points, effects])
-        linear = left - effects @ (self.features.T * self.scale)
-        exact = own.fitted - own.angle(complete) - offset[:, None]
-        squares = [np.sum(own.whiten(each) ** 2, axis=1) for each in (exact, linear)]
-        log_ratio = 0.5 * (squares[1] - squares[0]) / scale**2
-        # Integrated out, the effects' prior is as wide as the noise scale over the mode's.
-        wider = scale / self.scale
-        log_ratio += 0.5 * np.sum(effects**2, axis=1) * (wider**-2 - 1.0)
-        log_ratio += effects.shape[1] * np.log(wider)
-        return complete, log_ratio
-
-    def _left(self, points: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """What is left to the effects, (draws, blocks), and their mean by it over the scale."""
-        left = self.sampled.fitted - self.sampled.angle(points) - offset[:, None]
-        return left, self.sampled.whiten(left) @ self._conditional[0]
-
-    def _about_their_own(
-        self, points: FloatArray, offset: FloatArray, scale: FloatArray, rng: np.random.Generator
-    ) -> tuple[FloatArray, FloatArray]:
-        """As `_about_the_mode`, with the effects linearised about what suits each draw best."""
-        assert self.sampled.held is not None
-        begin, log_density = [], []
-        for start in range(0, len(points), _TOGETHER):
-            part = slice(start, start + _TOGETHER)
-            left, mean = self._left(points[part], offset[part])
-            begin.append(np.clip(mean / self.scale, -_FARTHEST, _FARTHEST))
-            squares = np.sum(self.sampled.whiten(left) ** 2, axis=1)
-            log_density.append(-0.5 * squares / scale[part] ** 2)
+            left = self.sampled.fitted - self.sampled.angle(points[part]) - offset[part, None]
+            white = self.sampled.whiten(left)
+            begin.append(np.clip(white @ self._pulled / self.scale, -_FARTHEST, _FARTHEST))
+            sampled_at.append(-0.5 * np.sum(white**2, axis=1) / scale[part] ** 2)
+        best = self.sampled.held.coordinates
         complete, log_ratio = draw_effects(
-            self.exact,
-            points,
-            offset,
-            scale,
-            np.concatenate(begin),
-            self.sampled.held.coordinates,
-            rng,
+            self.exact, points, offset, scale, np.concatenate(begin), best, rng
         )
-        return complete, log_ratio - np.concatenate(log_density)
+        weight, pareto_k = pareto_weights(log_ratio - np.concatenate(sampled_at))
+        effective = worth(weight)
+        weighted = effective >= _FEWEST_EFFECTIVE
+        if weighted:
+            parts = np.split(weight, groups)
+            chosen = np.concatenate(
+                [at * len(part) + _systematic(part, rng) for at, part in enumerate(parts)]
+            )
+            complete, offset, scale = complete[chosen], offset[chosen], scale[chosen]
+        exact = weighted and pareto_k <= PARETO_K_LIMIT
+        return EffectDraws(complete, offset, scale, pareto_k, effective, exact)
 
-
-def _weighted(
-    given: tuple[FloatArray, FloatArray, FloatArray],
-    complete: FloatArray,
-    log_ratio: FloatArray,
-    groups: int,
-    rng: np.random.Generator,
-) -> EffectDraws:
-    """Draws taken again by their weights, group by group, if these hold."""
-    _, offset, scale = given
-    weight, pareto_k = pareto_weights(log_ratio)
-    effective = worth(weight)
-    exact = pareto_k <= PARETO_K_LIMIT and effective >= _FEWEST_EFFECTIVE
-    if exact:
-        parts = np.split(weight, groups)
-        chosen = np.concatenate(
-            [at * len(part) + _systematic(part, rng) for at, part in enumerate(parts)]
-        )
-        complete, offset, scale = complete[chosen], offset[chosen], scale[chosen]
-    return EffectDraws(complete, offset, scale, pareto_k, effective, exact)
+    @cached_property
+    def _pulled(self) -> FloatArray:
+        """(blocks, k) what pulls the mean of the effects, given a point."""
+        return self.sampled.whiten(self.features.T).T
 
 
 def _systematic(weight: FloatArray, rng: np.random.Generator) -> NDArray[np.intp]:

@@ -101,11 +101,12 @@ def _elsewhere(likelihood: LoopLikelihood, point: FloatArray) -> list[FloatArray
         moved[_T_I] = np.log(share * largest)
         moved[_MU] -= moved[_T_I] - point[_T_I]
         around.append(moved)
-    for share in _TEETH_MET_AT:
-        moved = point.copy()
-        moved[_T_T] = np.log(np.expm1(share * largest / likelihood.prior.softplus_scale))
-        around.append(moved)
-    inside = likelihood.supported(np.array(around))
+    with np.errstate(over="ignore"):  # beyond all numbers, where a record is in other units
+        for share in _TEETH_MET_AT:
+            moved = point.copy()
+            moved[_T_T] = np.log(np.expm1(share * largest / likelihood.prior.softplus_scale))
+            around.append(moved)
+        inside = likelihood.supported(np.array(around)) & np.isfinite(around).all(axis=1)
     return [moved for moved, kept in zip(around, inside, strict=True) if kept]
 
 

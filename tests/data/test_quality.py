@@ -163,7 +163,7 @@ def test_a_temperature_below_absolute_zero_is_refused() -> None:
     torque, angle = two_sided()
     temperature = np.full(torque.size, 21.0)
     temperature[7] = -300.0
-    with pytest.raises(BadInputError, match="-300 °C; expected no temperature below -273.15 °C"):
+    with pytest.raises(BadInputError, match="-300 °C; expected no temperature below"):
         assess(Loop(torque, angle, temperature=temperature))
 
 

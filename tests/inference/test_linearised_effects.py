@@ -14,7 +14,6 @@ from hdprog.data.loop import Loop
 from hdprog.inference import linearised_effects
 from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.linearised_effects import PARETO_K_LIMIT, EffectDraws, LinearisedEffects
-from hdprog.inference.pareto_weights import pareto_weights
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.starting_points import describe
@@ -90,17 +89,10 @@ def test_draws_follow_the_exact_density(play: float, scale: float) -> None:
     assert off.max() < 4
 
 
-def test_effects_that_one_linear_model_misses_are_drawn_about_their_own_best_values() -> None:
+def test_draws_do_not_hang_on_where_the_effects_are_linearised() -> None:
     likelihood, drive = likelihood_with(1.2e-4)
     mode, mean, sd = conditional(likelihood, drive, 1.2e-4, 1.0)
-    away = np.concatenate([drive, mode + np.array([-0.3, 1.2])])
-    linearised = LinearisedEffects.about(likelihood, describe(likelihood, away))
-    points = np.tile(drive, (DRAWS, 1))
-    given = (points, np.zeros(DRAWS), np.ones(DRAWS))
-    rng = np.random.default_rng(3)
-    _, log_ratio = linearised._about_the_mode(*given, rng)
-    assert pareto_weights(log_ratio)[1] > PARETO_K_LIMIT
-    found = linearised.draws(*given, GROUPS, rng)
+    found = drawn(likelihood, np.concatenate([drive, mode + np.array([-0.3, 1.2])]), 1.0)
     assert found.exact
     effects = found.points[:, COUNT + 1 :]
     off = np.abs([(effects.mean(axis=0) - mean) / sd, effects.std(axis=0) / sd - 1.0])
@@ -108,10 +100,14 @@ def test_effects_that_one_linear_model_misses_are_drawn_about_their_own_best_val
     assert found.effective > 0.5 * DRAWS
 
 
-def test_draws_whose_weights_do_not_hold_are_left_as_they_are(
+def test_rough_weights_are_said_and_useless_ones_are_not_used(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(linearised_effects, "PARETO_K_LIMIT", 0.1)
+    monkeypatch.setattr(linearised_effects, "PARETO_K_LIMIT", -10.0)
+    found, off = deviations(1.2e-4, 1.0)
+    assert not found.exact
+    assert off.max() < 4
+    monkeypatch.setattr(linearised_effects, "_FEWEST_EFFECTIVE", np.inf)
     found, off = deviations(1.2e-4, 1.0)
     assert not found.exact
     assert len(np.unique(found.points, axis=0)) == DRAWS
