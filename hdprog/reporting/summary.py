@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from hdprog.physics.parameters import BY_NAME
+from hdprog.reporting.declared_words import declared_words
 from hdprog.reporting.drive_name import drive_name
 from hdprog.reporting.json_of_test import test_json
 from hdprog.reporting.json_of_trend import trend_json
@@ -45,7 +46,7 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
             {"load": number(one.load), "forecast": [_forecast(each) for each in one.forecasts]}
             for one in result.scenarios
         ],
-        "warnings": list(result.warnings),
+        "warnings": [*result.warnings, *map(keyboard_signs, declared_words(result))],
         "units": _units(result),
         "report": {
             "angle_unit": result.drive.report.angle_unit,

@@ -44,3 +44,20 @@ def test_figures_that_stand_still_go_against_no_trend() -> None:
     said = text(replace(result, tests=(first, now, replace(now, test_id=before.test_id))))
     assert "none of the figures that matter here has moved" in said
     assert _OTHER_WAY not in said
+
+
+def test_what_wear_has_brought_counts_as_in_the_trend() -> None:
+    result = wearing(LOST_MOTION, crossing=600.0, now=900.0, count=3)
+    assert result.trend is not None
+    first, before, now = result.tests
+    same = replace(now, figures=before.figures)
+    key = LOST_MOTION.key
+    grown = {key: {level: 2.0 * value for level, value in before.figures[key].items()}}
+    tests = (first, before, replace(same, figures_with_effects=grown))
+    alone = replace(result, tests=tests)
+    assert "lost motion has risen" not in text(alone)
+    with_it = replace(alone, trend=replace(result.trend, followed=("backlash",)))
+    assert "lost motion has risen" in text(with_it)
+    found = changes(with_it)
+    assert found is not None
+    assert "count backlash in, as the trend does" in found.table.caption

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,7 +32,8 @@ def changes(result: DriveResult) -> Changes | None:
     """Compare the last test with the one before it; None for a single test."""
     if len(result.tests) < 2:
         return None
-    before, now = result.tests[-2:]
+    followed = () if result.trend is None else result.trend.followed
+    before, now = (_as_followed(test) if followed else test for test in result.tests[-2:])
     limited = [limit.key for limit in result.drive.limits]
     keys = sorted(
         (key for key in now.figures if key in before.figures), key=lambda key: key not in limited
@@ -40,8 +41,13 @@ def changes(result: DriveResult) -> Changes | None:
     rows = [_row(key, before, now) for key in keys]
     warm = result.trend is not None and result.trend.temperature is not None
     beside = "mounting the drive anew" + (" or its temperature" if warm else "")
+    counted = ""
+    if followed:
+        names = listed(effect_name(effect) for effect in followed)
+        counted = f" Width, loss and lost motion count {names} in, as the trend does."
     table = Table.flat(
-        "Figures of merit of the last two tests: median, below it the 90 % interval. A change is "
+        "Figures of merit of the last two tests: median, below it the 90 % interval."
+        f"{counted} A change is "
         f"called clear from {_CLEAR:g} standard deviations of the difference of the two tests; how "
         f"far {beside} moves a figure is not in these, but in the trend.",
         ("figure", _head(before), _head(now), "change", "said by the two tests"),
@@ -52,6 +58,11 @@ def changes(result: DriveResult) -> Changes | None:
     return Changes(
         _text(told, before, now) + _against_trend(told, before, now, result.trend), table
     )
+
+
+def _as_followed(test: TestResult) -> TestResult:
+    """The test with the lasting effects in its figures, where wear has brought them."""
+    return replace(test, figures={**test.figures, **test.figures_with_effects})
 
 
 def _head(test: TestResult) -> str:

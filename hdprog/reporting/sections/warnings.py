@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from hdprog.reporting import outlook
+from hdprog.reporting.declared_words import declared_words
 from hdprog.reporting.effect_words import found_words
 from hdprog.reporting.fit_names import explanations, named_warnings
 from hdprog.reporting.left_structure import STRUCTURE, structure_remains
 from hdprog.reporting.number_ranges import joined, shape_of
-from hdprog.reporting.rounding import hours
 from hdprog.reporting.trend_words import trend_warnings
 from hdprog.reporting.weak_words import OF_PARAMETERS, weak_words
 from hdprog.reporting.words import listed
@@ -23,12 +22,7 @@ def warnings(result: DriveResult) -> list[str]:
             "Quick run: fewer draws were made, so that the ends of the intervals are less exact. "
             "Run again without --quick before a decision that costs money."
         )
-    at, main = result.drive.forecast.next_shutdown_hours, outlook.overall(result.forecasts)
-    if at is not None and main is not None and at <= main.now_hours:
-        found.append(
-            f"The next shutdown is given as {hours(at)}, which is not after the last test at "
-            f"{hours(main.now_hours)}: no risk is stated by it. Set next_shutdown_hours anew."
-        )
+    found += declared_words(result)
     if result.trend is not None:
         found += trend_warnings(result.trend, result.tests)
     by_shape: dict[str, list[tuple[str, str]]] = {}

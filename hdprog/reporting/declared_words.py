@@ -1,0 +1,47 @@
+"""What is declared of a drive and lies where its tests or its forecast do not reach, in words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hdprog.reporting import outlook
+from hdprog.reporting.rounding import hours
+from hdprog.reporting.words import capital, quantity, torque_words
+from hdprog.results import DriveResult
+
+_REACHED = 1.05  # times the largest torque of the tests: up to there nothing is said
+
+
+def declared_words(result: DriveResult) -> list[str]:
+    """Sentences on limits beyond the recorded torque, and on a shutdown out of sight."""
+    return [*_limits_beyond(result), *_shutdown(result)]
+
+
+def _limits_beyond(result: DriveResult) -> list[str]:
+    largest = max(float(np.abs(test.loop.torque).max()) for test in result.tests)
+    return [
+        f"{capital(quantity(limit.key).name)} has a limit, and the tests reach "
+        f"{torque_words(largest)} only: beyond that the model is extrapolated. Load the drive that "
+        "far, or set the limit at a torque that the tests reach."
+        for limit in result.drive.limits
+        if limit.at_torque_Nm is not None and limit.at_torque_Nm > _REACHED * largest
+    ]
+
+
+def _shutdown(result: DriveResult) -> list[str]:
+    settings, main = result.drive.forecast, outlook.overall(result.forecasts)
+    at = settings.next_shutdown_hours
+    if at is None or main is None:
+        return []
+    if at <= main.now_hours:
+        return [
+            f"The next shutdown is given as {hours(at)}, which is not after the last test at "
+            f"{hours(main.now_hours)}: no risk is stated by it. Set next_shutdown_hours anew."
+        ]
+    if at > settings.horizon_hours:
+        return [
+            f"The next shutdown is given as {hours(at)}, past the horizon of "
+            f"{hours(settings.horizon_hours)}: the risk by it looks farther ahead than the "
+            "forecast was asked to. Raise horizon_hours, or plan a shutdown before it."
+        ]
+    return []

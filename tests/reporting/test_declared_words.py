@@ -1,0 +1,50 @@
+"""Limits and shutdowns that tests and forecast do not reach are told, in the report and in JSON."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from hdprog.config import Limit
+from hdprog.reporting.declared_words import declared_words
+from hdprog.reporting.sections.warnings import warnings
+from hdprog.reporting.summary import summary_json
+from hdprog.results import DriveResult
+from tests.reporting import drives
+from tests.reporting.page import spaced
+
+
+def said(result: DriveResult) -> list[str]:
+    found = declared_words(result)
+    assert all(text in warnings(result) for text in found)
+    assert [spaced(text) for text in summary_json(result)["warnings"]] == [*map(spaced, found)]
+    return [spaced(text) for text in found]
+
+
+@pytest.mark.parametrize(("torque", "told"), [(14.0, False), (63.0, False), (500.0, True)])
+def test_a_stiffness_beyond_the_recorded_torque(torque: float, told: bool) -> None:
+    limit = Limit("secant_stiffness_Nm_per_rad", 1e4, "below", torque)
+    result = drives.single_fit()
+    result = replace(result, drive=replace(result.drive, limits=(limit,)))
+    expected = (
+        "Secant stiffness at 500 Nm has a limit, and the tests reach 63 Nm only: beyond that the "
+        "model is extrapolated. Load the drive that far, or set the limit at a torque that the "
+        "tests reach."
+    )
+    assert said(result) == ([expected] if told else [])
+
+
+@pytest.mark.parametrize(
+    ("shutdown", "words"),
+    [
+        (1500.0, None),
+        (None, None),
+        (800.0, "which is not after the last test at 900 h: no risk is stated by it."),
+        (30_000.0, "The next shutdown is given as 30 000 h, past the horizon of 20 000 h: "),
+    ],
+)
+def test_a_shutdown_out_of_sight(shutdown: float | None, words: str | None) -> None:
+    found = said(drives.wearing(drives.LOST_MOTION, shutdown=shutdown))
+    assert len(found) == (0 if words is None else 1)
+    assert words is None or words in found[0]
