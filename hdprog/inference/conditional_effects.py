@@ -11,17 +11,36 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hdprog.inference.likelihood import LoopLikelihood
+from hdprog.physics.effects.base import Effect
 from hdprog.physics.effects.model import EffectSet
 from hdprog.physics.parameters import FloatArray
 
 _STEP = 1e-4  # of the finite differences, in effects' coordinates (of order 1 each)
 _ITERATIONS = 3
+_STRAIGHT = 0.05  # squared, in noise: what the linear model may be off by where it is kept to
+_SETTLED = 0.05  # log density that a step promises: less is not worth it
 _SHORTER = (1.0, 0.3, 0.09)  # shares of a step, until one leads down
 # Bounded coordinates have longer tails than a Gaussian: some draws go farther.
 _WIDE_SHARE, _WIDE = 0.2, 2.5
-_TOGETHER = 128  # draws whose angles stay in the processor's cache
+
+
+@dataclass(frozen=True)
+class Linear:
+    """What one linear model of the effects says at draws of the drive's parameters.
+
+    Attributes
+    ----------
+    effects : (draws, k) coordinates that it finds best
+    left : (draws, blocks) whitened, what they leave by it
+    slopes : (k, blocks) of what is left, whitened, by the coordinates
+    """
+
+    effects: FloatArray
+    left: FloatArray
+    slopes: FloatArray
 
 
 def draw_effects(
@@ -29,7 +48,7 @@ def draw_effects(
     points: FloatArray,
     offset: FloatArray,
     scale: FloatArray,
-    begin: FloatArray,
+    linear: Linear,
     beside: FloatArray,
     rng: np.random.Generator,
 ) -> tuple[FloatArray, FloatArray]:
@@ -39,8 +58,8 @@ def draw_effects(
     ----------
     exact : likelihood with the effects' coordinates in a point
     points, offset, scale : (draws, 9), (draws,) in rad, (draws,) of the noise; given
-    begin : (draws, k) effects' coordinates at which the search begins
-    beside : (k,) others, taken where they are better
+    linear : where the search begins; draws that it holds for need no other slopes
+    beside : (k,) others to begin at, taken where they are better
     rng : source of randomness
 
     Returns
@@ -48,15 +67,11 @@ def draw_effects(
     (draws, 9 + k), and (draws,) log of likelihood and prior of the effects over the density that
     they were drawn from; −inf outside the support
     """
-    complete, log_ratio = np.empty((len(points), exact.size)), np.empty(len(points))
     with np.errstate(over="ignore", invalid="ignore"):
-        for start in range(0, len(points), _TOGETHER):
-            part = slice(start, start + _TOGETHER)
-            given = _Given.of(exact, points[part], offset[part], scale[part])
-            best = _best(given, (begin[part], np.broadcast_to(beside, begin[part].shape)))
-            effects, log_density = _drawn(given, best, rng)
-            complete[part] = np.hstack([points[part], effects])
-            log_ratio[part] = -given.at(effects).cost - log_density
+        given = _Given.of(exact, points, offset, scale)
+        effects, log_density = _drawn(*_best(given, linear, beside), rng)
+        complete = np.hstack([points, effects])
+        log_ratio = -given.at(effects).cost - log_density
     inside = np.isfinite(log_ratio) & exact.supported(complete)
     return complete, np.where(inside, log_ratio, -np.inf)
 
@@ -78,6 +93,17 @@ class _At:
             left=np.where(better[:, None], other.left, self.left),
             cost=np.where(better, other.cost, self.cost),
         )
+
+    def rows(self, chosen: NDArray[np.intp]) -> _At:
+        """Some of the draws."""
+        return _At(self.effects[chosen], self.left[chosen], self.cost[chosen])
+
+    def with_rows(self, chosen: NDArray[np.intp], other: _At) -> _At:
+        """Some of the draws replaced."""
+        found = _At(self.effects.copy(), self.left.copy(), self.cost.copy())
+        found.effects[chosen], found.left[chosen] = other.effects, other.left
+        found.cost[chosen] = other.cost
+        return found
 
 
 @dataclass(frozen=True)
@@ -104,6 +130,12 @@ class _Given:
             bare = exact.angle_with(points, {}, EffectSet((), effects.scales))
         return _Given(exact, points, offset, scale, bare)
 
+    def rows(self, chosen: NDArray[np.intp]) -> _Given:
+        """Some of the draws."""
+        bare = None if self.bare is None else self.bare[chosen]
+        each = (self.points[chosen], self.offset[chosen], self.scale[chosen])
+        return _Given(self.exact, *each, bare)
+
     def at(self, effects: FloatArray) -> _At:
         left = self.exact.whiten(self.exact.fitted - self._angle(effects) - self.offset[:, None])
         left = left / self.scale[:, None]
@@ -111,33 +143,61 @@ class _Given:
         return _At(effects, left, np.where(np.isfinite(cost), cost, np.inf))
 
     def _angle(self, effects: FloatArray) -> FloatArray:
-        exact, bare = self.exact, self.bare
-        if bare is None:
-            return exact.angle(np.hstack([self.points, effects]))
-        values, course = exact.effect_set.values(effects), exact.reduced.course
-        added = (one.evaluate(course, values[one.id], bare) for one in exact.effects)
-        return np.asarray(sum(added, start=bare))
+        if self.bare is None:
+            return self.exact.angle(np.hstack([self.points, effects]))
+        added = (self._added(one, effects) for one in self.exact.effects)
+        return np.asarray(sum(added, start=self.bare))
+
+    def _added(self, effect: Effect, effects: FloatArray) -> FloatArray:
+        """What an effect adds to the bare angle."""
+        assert self.bare is not None
+        values = self.exact.effect_set.values(effects)[effect.id]
+        found = effect.evaluate(self.exact.reduced.course, values, self.bare)
+        return np.broadcast_to(found, self.bare.shape)
 
     def slopes(self, here: _At) -> FloatArray:
         """(draws, k, blocks) of what is left, by the effects' coordinates."""
-        moved = (self.at(here.effects + step) for step in _STEP * np.eye(here.effects.shape[1]))
-        return np.stack([(each.left - here.left) / _STEP for each in moved], axis=1)
+        each = enumerate(_STEP * np.eye(here.effects.shape[1]))
+        if self.bare is None:
+            left = [self.at(here.effects + step).left - here.left for _, step in each]
+            return np.stack(left, axis=1) / _STEP
+        owners = [effect for effect, _ in self.exact.effect_set.parameters]
+        still = {one.id: self._added(one, here.effects) for one in self.exact.effects}
+        changes = [
+            self.exact.whiten(still[owners[at].id] - self._added(owners[at], here.effects + step))
+            for at, step in each
+        ]
+        return np.stack(changes, axis=1) / (_STEP * self.scale[:, None, None])
 
 
-def _best(given: _Given, begin: tuple[FloatArray, ...]) -> _At:
-    here, *others = (given.at(effects) for effects in begin)
-    for other in others:
-        here = here.or_better(other)
-    for _ in range(_ITERATIONS):
-        slopes = given.slopes(here)
-        downhill = -np.einsum("dkb,db->dk", slopes, here.left) - here.effects
-        step = np.linalg.solve(_precision(slopes), downhill[..., None])[..., 0]
-        before = here
+def _best(given: _Given, linear: Linear, beside: FloatArray) -> tuple[_At, FloatArray]:
+    """Best values draw by draw, near enough to draw about, and the slopes there."""
+    here = given.at(linear.effects)
+    scale = given.scale[:, None]
+    slopes = linear.slopes / scale[:, None]
+    bent = np.sum((here.left - linear.left / scale) ** 2, axis=1)
+    going = np.flatnonzero(~(bent < _STRAIGHT))
+    if going.size:
+        part, before = given.rows(going), here.rows(going)
+        start = before.or_better(part.at(np.broadcast_to(beside, before.effects.shape)))
+        here, slopes[going] = here.with_rows(going, start), part.slopes(start)
+    for _ in range(_ITERATIONS if going.size else 0):
+        near = slopes[going]
+        downhill = -np.einsum("dkb,db->dk", near, here.left[going]) - here.effects[going]
+        step = np.linalg.solve(_precision(near), downhill[..., None])[..., 0]
+        far = 0.5 * np.sum(downhill * step, axis=1) > _SETTLED
+        going, step = going[far], step[far]
+        if not going.size:
+            break
+        part, before = given.rows(going), here.rows(going)
+        moved = before
         for share in _SHORTER:
-            here = here.or_better(given.at(before.effects + share * step))
-            if np.all(here.cost < before.cost):
+            moved = moved.or_better(part.at(before.effects + share * step))
+            if np.all(moved.cost < before.cost):
                 break
-    return here
+        here = here.with_rows(going, moved)
+        slopes[going] = part.slopes(moved)
+    return here, slopes
 
 
 def _precision(slopes: FloatArray) -> FloatArray:
@@ -146,9 +206,11 @@ def _precision(slopes: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("dkb,dlb->dkl", usable, usable) + np.eye(slopes.shape[1]))
 
 
-def _drawn(given: _Given, best: _At, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+def _drawn(
+    best: _At, slopes: FloatArray, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
     """Coordinates (draws, k) about the best ones, some from wider Gaussians, and log density."""
-    root = np.linalg.cholesky(_precision(given.slopes(best)))
+    root = np.linalg.cholesky(_precision(slopes))
     draws, size = best.effects.shape
     spread = np.where(rng.random(draws) < _WIDE_SHARE, _WIDE, 1.0)
     normal = spread[:, None] * rng.standard_normal((draws, size))

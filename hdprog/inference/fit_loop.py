@@ -29,6 +29,8 @@ from hdprog.inference.until_converged import (
 from hdprog.inference.within_blocks import WithinBlocks
 from hdprog.physics.effects.base import Effect
 
+_WITH_EFFECTS = 60  # steps kept where effects are drawn beside: a draw costs ten evaluations
+
 
 def fit_loop(
     loop: Loop,
@@ -123,7 +125,8 @@ def sample_posterior(
     chains, diagnostics, sampling, converged = sample_until_converged(
         posterior, states, plan, rng, executor, progress
     )
-    stored = chains[:, :: -(-chains.shape[1] // plan.stored_steps)]
+    most = plan.stored_steps if linearised is None else min(plan.stored_steps, _WITH_EFFECTS)
+    stored = chains[:, :: -(-chains.shape[1] // most)]
     flat = stored.reshape(-1, sampled.size)
     offset, scale = sampled.nuisances(flat, rng)
     drawn = None

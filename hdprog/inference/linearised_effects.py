@@ -16,14 +16,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hdprog.inference.conditional_effects import draw_effects
+from hdprog.inference.conditional_effects import Linear, draw_effects
 from hdprog.inference.likelihood import COUNT, HeldEffects, LoopLikelihood
 from hdprog.inference.pareto_weights import pareto_weights, worth
 from hdprog.inference.starting_points import StartingPoint
 from hdprog.physics.parameters import FloatArray
 
 PARETO_K_LIMIT = 0.7
-_TOGETHER = 256
+_TOGETHER = 128
 _FARTHEST = 6.0  # prior standard deviations at which a search begins
 _FEWEST_EFFECTIVE = 100.0  # weighted draws that may stand for a posterior
 
@@ -101,20 +101,14 @@ class LinearisedEffects:
         groups : of draws that follow each other and share nothing; they stay apart
         rng : source of randomness
         """
-        assert self.sampled.held is not None
-        begin, sampled_at = [], []
+        complete, log_ratio = np.empty((len(points), self.exact.size)), np.empty(len(points))
         # Few points at a time: their angles stay in the processor's cache.
         for start in range(0, len(points), _TOGETHER):
             part = slice(start, start + _TOGETHER)
-            left = self.sampled.fitted - self.sampled.angle(points[part]) - offset[part, None]
-            white = self.sampled.whiten(left)
-            begin.append(np.clip(white @ self._pulled / self.scale, -_FARTHEST, _FARTHEST))
-            sampled_at.append(-0.5 * np.sum(white**2, axis=1) / scale[part] ** 2)
-        best = self.sampled.held.coordinates
-        complete, log_ratio = draw_effects(
-            self.exact, points, offset, scale, np.concatenate(begin), best, rng
-        )
-        weight, pareto_k = pareto_weights(log_ratio - np.concatenate(sampled_at))
+            complete[part], log_ratio[part] = self._complete(
+                points[part], offset[part], scale[part], rng
+            )
+        weight, pareto_k = pareto_weights(log_ratio)
         effective = worth(weight)
         weighted = effective >= _FEWEST_EFFECTIVE
         if weighted:
@@ -126,10 +120,29 @@ class LinearisedEffects:
         exact = weighted and pareto_k <= PARETO_K_LIMIT
         return EffectDraws(complete, offset, scale, pareto_k, effective, exact)
 
+    def _complete(
+        self, points: FloatArray, offset: FloatArray, scale: FloatArray, rng: np.random.Generator
+    ) -> tuple[FloatArray, FloatArray]:
+        """Points with effects (draws, size), and log of the exact density over the drawn one."""
+        assert self.sampled.held is not None
+        left = self.sampled.fitted - self.sampled.angle(points) - offset[:, None]
+        white = self.sampled.whiten(left)
+        effects = np.clip(white @ self._pulled / self.scale, -_FARTHEST, _FARTHEST)
+        slopes = self._slopes
+        linear = Linear(effects, self.exact.whiten(left) + effects @ slopes, slopes)
+        best = self.sampled.held.coordinates
+        complete, log_ratio = draw_effects(self.exact, points, offset, scale, linear, best, rng)
+        return complete, log_ratio + 0.5 * np.sum(white**2, axis=1) / scale**2
+
     @cached_property
     def _pulled(self) -> FloatArray:
         """(blocks, k) what pulls the mean of the effects, given a point."""
         return self.sampled.whiten(self.features.T).T
+
+    @cached_property
+    def _slopes(self) -> FloatArray:
+        """(k, blocks) of what the exact model leaves, whitened, by the effects' coordinates."""
+        return -self.scale * self.exact.whiten(self.features.T)
 
 
 def _systematic(weight: FloatArray, rng: np.random.Generator) -> NDArray[np.intp]:
