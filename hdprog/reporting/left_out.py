@@ -8,7 +8,7 @@ it, and the reader has to know what it would add.
 from __future__ import annotations
 
 from hdprog.config import Limit
-from hdprog.explanation import UNKNOWN, FoundEffect
+from hdprog.explanation import UNKNOWN, Origin
 from hdprog.physics.effects import BY_ID
 from hdprog.reporting.effect_words import effect_name
 from hdprog.reporting.present import probability_bounds
@@ -32,9 +32,9 @@ def left_out_sentences(result: DriveResult) -> list[str]:
     told = [_told(test, limit) for limit in result.drive.limits if _matters(test, limit.key)]
     if not found or not told:
         return []
-    names, many = listed(effect_name(effect.id) for effect in found), len(found)
+    names, many = listed(effect_name(effect) for effect in found), len(found)
     it = agree(many, "it", "them")
-    if all(effect.origin == "wear" for effect in found):
+    if all(origin == "wear" for origin in found.values()):
         whose = f"{agree(many, 'grows', 'grow')} with wear"
     else:
         source = "from the rig or from wear, which these tests do not tell"
@@ -46,20 +46,23 @@ def left_out_sentences(result: DriveResult) -> list[str]:
     ]
 
 
-def _left_out(result: DriveResult) -> list[FoundEffect]:
+def _left_out(result: DriveResult) -> dict[str, Origin | None]:
+    """Ids and origins of the lasting effects that are neither followed nor the rig's."""
     explanation = result.explanation
     if explanation is None:
-        return []
+        found: dict[str, Origin | None] = dict.fromkeys(result.tests[-1].effects)
+    else:
+        found = {effect.id: effect.origin for effect in explanation.effects}
     followed = () if result.trend is None else result.trend.followed
-    return [
-        effect
-        for effect in explanation.effects
-        if effect.id != UNKNOWN
-        and BY_ID[effect.id].lasting
-        and BY_ID[effect.id].static
-        and effect.id not in followed
-        and effect.origin != "rig"
-    ]
+    return {
+        name: origin
+        for name, origin in found.items()
+        if name != UNKNOWN
+        and BY_ID[name].lasting
+        and BY_ID[name].static
+        and name not in followed
+        and origin != "rig"
+    }
 
 
 def _matters(test: TestResult, key: str) -> bool:

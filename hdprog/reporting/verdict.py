@@ -86,8 +86,8 @@ def _verdict(result: DriveResult) -> Verdict:
     else:
         status, said = _outlook(result, main)
         sentences += said
+    sentences += left_out_sentences(result)
     if result.explanation is not None:
-        sentences += left_out_sentences(result)
         sentences += traced_sentences(result.explanation)
     sentences += structure_sentences(result)
     provisional = not result.converged

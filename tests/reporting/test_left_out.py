@@ -71,3 +71,11 @@ def test_a_single_record_with_play_is_told_with_it() -> None:
     record = explanations.record("explained", (explanations.backlash(),), "backlash")
     (found,) = said(with_play(explanations.single(record), 1.3))
     assert "The limits are held against the drive without it; with it lost motion is " in found
+
+
+def test_a_record_fitted_with_play_that_was_asked_for_is_told_with_it() -> None:
+    result = with_play(drives.single_fit(drives.LOST_MOTION), 1.3)
+    (test,) = result.tests
+    assert not said(result)
+    (found,) = said(replace(result, tests=(replace(test, effects=("backlash",)),)))
+    assert found.startswith("Backlash comes from the rig or from wear")
