@@ -18,7 +18,7 @@ from hdprog.explanation import (
 from hdprog.physics.figures import ARCMIN_PER_RAD
 from hdprog.physics.parameters import FloatArray
 from hdprog.reporting.error_words import before_and_after, errors, not_predicted
-from hdprog.reporting.pooled import pooled_carriers
+from hdprog.reporting.pooled import pooled_carriers, tests_with
 from hdprog.reporting.reader_units import shown
 from hdprog.reporting.rounding import hours, hours_up, rounded, without_unit
 from hdprog.reporting.words import agree, listed, spoken, with_unit
@@ -138,7 +138,7 @@ def _branches(course: ResidualCourse, inside: np.ndarray, name: str) -> str:
 
 def last_with(tests: Sequence[Explanation], identifier: str) -> Explanation | None:
     """Find the last test that carries an effect; None without one."""
-    found = [test for test in tests if any(e.id == identifier for e in test.effects)]
+    found = tests_with(identifier, tests)
     return found[-1] if found else None
 
 

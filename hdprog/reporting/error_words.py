@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hdprog.explanation import DriveExplanation, ErrorFigures, Explanation
-from hdprog.reporting.pooled import pooled_errors, root_mean_square
+from hdprog.reporting.pooled import pooled_errors, root_mean_square, tests_with
 from hdprog.reporting.rounding import THIN_SPACE, significant
 from hdprog.reporting.words import with_unit
 
@@ -61,12 +61,8 @@ def errors(explanation: Explanation | DriveExplanation) -> Errors:
         _repeatability(tests),
         added,
         len(tests),
-        max((_tests_with(effect.id, tests) for effect in explanation.effects), default=0),
+        max((len(tests_with(effect.id, tests)) for effect in explanation.effects), default=0),
     )
-
-
-def _tests_with(effect: str, tests: Sequence[Explanation]) -> int:
-    return sum(any(one.id == effect for one in test.effects) for test in tests)
 
 
 def _repeatability(tests: Sequence[Explanation]) -> float | None:

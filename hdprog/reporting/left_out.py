@@ -11,15 +11,8 @@ from hdprog.config import Limit
 from hdprog.explanation import UNKNOWN, Origin
 from hdprog.physics.effects import BY_ID
 from hdprog.reporting.effect_words import effect_name
-from hdprog.reporting.present import probability_bounds
-from hdprog.reporting.words import (
-    agree,
-    capital,
-    figure_interval,
-    listed,
-    quantity,
-    with_unit,
-)
+from hdprog.reporting.present import standing, value_words
+from hdprog.reporting.words import agree, capital, listed, quantity
 from hdprog.results import DriveResult, TestResult
 
 _HALF = 0.5  # of the 90 % interval without the effect: less is not worth a word
@@ -73,10 +66,6 @@ def _matters(test: TestResult, key: str) -> bool:
 
 
 def _told(test: TestResult, limit: Limit) -> str:
-    levels, named = test.figures_with_effects[limit.key], quantity(limit.key)
-    low, middle, high = figure_interval(limit.key, levels[0.05], levels[0.50], levels[0.95])
-    said = f"{named.name} is {with_unit(middle, named.unit)} (90 %: {low} to {high})"
-    at_least, at_most = probability_bounds(levels, limit)
-    if at_least > 0.949:
-        return f"{said}, past its limit"
-    return f"{said}, inside its limit" if at_most < 0.051 else f"{said}, about its limit"
+    levels = test.figures_with_effects[limit.key]
+    name, value = quantity(limit.key).name, value_words(levels, limit.key)
+    return f"{name} is {value}, {standing(levels, limit)} its limit"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from hdprog.explanation import Explanation
 from hdprog.reporting.fit_names import explanations
 from hdprog.reporting.rounding import significant
 from hdprog.reporting.words import agree, listed
@@ -28,6 +29,11 @@ def structure_remains(test: TestResult) -> bool:
     return test.residual_correlation > needed
 
 
+def unexplained(test: TestResult, explanation: Explanation | None) -> bool:
+    """Whether structure remains on a test to which the search added nothing."""
+    return structure_remains(test) and not (explanation is not None and explanation.effects)
+
+
 def structure_warnings(test: TestResult) -> list[str]:
     """The warning of a test by itself; none where an effect was added to it."""
     return [STRUCTURE] if structure_remains(test) and not test.effects else []
@@ -36,12 +42,12 @@ def structure_warnings(test: TestResult) -> list[str]:
 def structure_sentences(result: DriveResult) -> list[str]:
     """Say in the verdict which tests are left with structure; or nothing."""
     by_test = explanations(result)
-    left = []
-    for test in result.tests:
-        found = by_test.get(test.test_id)
-        above = test.rmse_rad > _ABOVE * test.noise_floor_rad
-        if above and structure_remains(test) and not (found is not None and found.effects):
-            left.append(test)
+    left = [
+        test
+        for test in result.tests
+        if test.rmse_rad > _ABOVE * test.noise_floor_rad
+        and unexplained(test, by_test.get(test.test_id))
+    ]
     if not left:
         return []
     most = max(test.rmse_rad / test.noise_floor_rad for test in left)

@@ -18,6 +18,11 @@ def root_mean_square(values: Iterable[float | None]) -> float | None:
     return math.sqrt(sum(value * value for value in found) / len(found))
 
 
+def tests_with(identifier: str, tests: Sequence[Explanation]) -> list[Explanation]:
+    """The tests that carry an effect, in order."""
+    return [test for test in tests if any(effect.id == identifier for effect in test.effects)]
+
+
 def pooled_errors(
     tests: Sequence[Explanation], which: Callable[[Explanation], ErrorFigures]
 ) -> ErrorFigures:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Literal
 
 from hdprog.config import Limit
 from hdprog.reporting.words import (
@@ -18,9 +19,8 @@ from hdprog.results import LEVELS, TestResult
 _TOLD = ("secant_stiffness_Nm_per_rad", "hysteresis_width_arcmin", "lost_motion_arcmin")
 
 
-def value_words(test: TestResult, key: str) -> str:
-    """Figure of a test in words: "0.41 arcmin (90 %: 0.40 to 0.42)"."""
-    levels = test.figures[key]
+def value_words(levels: Mapping[float, float], key: str) -> str:
+    """Quantiles of a figure in words: "0.41 arcmin (90 %: 0.40 to 0.42)"."""
     low, middle, high = figure_interval(key, levels[0.05], levels[0.50], levels[0.95])
     return f"{with_unit(middle, quantity(key).unit)} (90 %: {low} to {high})"
 
@@ -30,7 +30,9 @@ def condition(test: TestResult) -> str:
     chosen = [key for key in test.figures if key.partition("@")[0] in _TOLD]
     if not chosen:
         return "No figure of merit could be computed from this test."
-    parts = [f"a {quantity(key).name} of {value_words(test, key)}" for key in chosen[:4]]
+    parts = [
+        f"a {quantity(key).name} of {value_words(test.figures[key], key)}" for key in chosen[:4]
+    ]
     return f"This test shows {listed(parts)}."
 
 
@@ -44,16 +46,25 @@ def against_limit(test: TestResult, limit: Limit) -> str:
     bound = threshold_words(limit.key, limit.threshold)
     if levels is None:
         return f"{capital(named.name)} is not among this test's figures; its limit is {bound}."
-    said = f"{capital(named.name)} is {value_words(test, limit.key)}"
-    at_least, at_most = probability_bounds(levels, limit)
-    if at_least > 0.949:
+    said = f"{capital(named.name)} is {value_words(levels, limit.key)}"
+    where = standing(levels, limit)
+    if where == "past":
         return f"{said}: past its limit, {limit.direction} {bound}, with a probability above 95 %."
-    if at_most < 0.051:
+    if where == "inside":
         return f"{said}: inside its limit of {bound} with a probability above 95 %."
+    at_least, at_most = probability_bounds(levels, limit)
     return (
         f"{said}: its limit of {bound} lies in that spread; the probability that it is past it "
         f"is between {100 * at_least:.0f} and {100 * at_most:.0f} %."
     )
+
+
+def standing(levels: Mapping[float, float], limit: Limit) -> Literal["past", "inside", "about"]:
+    """Where a figure stands to a limit by its quantiles: past it or inside at 95 %, or about it."""
+    at_least, at_most = probability_bounds(levels, limit)
+    if at_least > 0.949:
+        return "past"
+    return "inside" if at_most < 0.051 else "about"
 
 
 def probability_bounds(levels: Mapping[float, float], limit: Limit) -> tuple[float, float]:

@@ -15,7 +15,6 @@ from __future__ import annotations
 import argparse
 import json
 import subprocess
-import sys
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -26,18 +25,17 @@ import numpy as np
 from hdprog.atomic import atomic_write_text
 from hdprog.parallel import hold_blas_to_one_thread
 from tests.benchmarks.code_state import digest, sources
+from tests.benchmarks.whole_drive import COMMAND, EXIT_CODES
 from tests.independent.drives import LAWS, WearingDrive, first_crossing, random_wear
 from tests.independent.loops import LoopRecord, programme, record_loop, scatter, write_csv
 from tests.independent.simulator import ARCMIN, FloatArray
+from tests.make_undeclared_effect import REMOUNTING
 
 RESULTS = Path(__file__).parent / "results" / "growing_effects.json"
 TESTS = 8
 LAST = 0.6  # of the horizon: hour of the last test
 RATED = 63.0
 _REACHED = 0.04 * RATED  # Nm between which lost motion is counted
-_COMMAND = [sys.executable, "-c", "from hdprog.cli import main; main()"]
-_EXIT_CODES = (0, 4)
-_REMOUNTING = {"K_F": 0.004, "K_W": 0.006, "b": 0.012, "T_T": 0.008, "T_i": 0.012, "mu": 0.025}
 _SEED = 47
 _PACKAGES = ("config", "data", "discovery", "forecast", "inference", "physics", "trend")
 
@@ -112,7 +110,7 @@ def tested(
     rng: np.random.Generator,
 ) -> LoopRecord:
     """One test, remounted, with the effect at a size in rad."""
-    mounted = scatter(life.parameters(hour), _REMOUNTING, rng)
+    mounted = scatter(life.parameters(hour), REMOUNTING, rng)
     reach = float(rng.choice((63.0, 80.0)))
     segments = programme("two-sided", reach, float(rng.uniform(10.0, 40.0)), rng)
     record = record_loop(mounted, segments, 300, rng)
@@ -121,9 +119,9 @@ def tested(
 
 def forecast(folder: Path, out: Path, effect: str, truth: dict[str, Any]) -> dict[str, Any]:
     """Run one drive and hold its forecast against the truth."""
-    command = [*_COMMAND, "run", str(folder), "--out", str(out), "--seed", "1", "--quick"]
+    command = [*COMMAND, "run", str(folder), "--out", str(out), "--seed", "1", "--quick"]
     done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode not in _EXIT_CODES:
+    if done.returncode not in EXIT_CODES:
         raise RuntimeError(f"hdprog run {folder} ended with {done.returncode}: {done.stderr}")
     summary, explained = (
         json.loads((out / f"{name}.json").read_text("utf-8")) for name in ("summary", "explain")

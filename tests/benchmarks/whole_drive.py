@@ -30,8 +30,8 @@ from tests.make_undeclared_effect import CASES, write_case
 RESULTS = Path(__file__).parent / "results" / "whole_drive.json"
 WEARING = Path(__file__).parents[2] / "datasets" / "wearing-csf-25-80"
 TESTS = 10
-_COMMAND = [sys.executable, "-c", "from hdprog.cli import main; main()"]
-_EXIT_CODES = (0, 4)  # fits that did not converge take their time as well
+COMMAND = [sys.executable, "-c", "from hdprog.cli import main; main()"]
+EXIT_CODES = (0, 4)  # fits that did not converge take their time as well
 
 
 def clock(seed: int) -> float:
@@ -56,9 +56,9 @@ def timed(drive: Path, out: Path) -> dict[str, Any]:
     """Run one drive and say how long it took."""
     machine = machine_seconds()
     started = time.perf_counter()
-    command = [*_COMMAND, "run", str(drive), "--out", str(out), "--seed", "1"]
+    command = [*COMMAND, "run", str(drive), "--out", str(out), "--seed", "1"]
     done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode not in _EXIT_CODES or not (out / "report.html").is_file():
+    if done.returncode not in EXIT_CODES or not (out / "report.html").is_file():
         raise RuntimeError(f"hdprog run {drive} ended with {done.returncode}: {done.stderr}")
     return {
         "drive": drive.name,

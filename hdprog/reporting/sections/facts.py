@@ -65,7 +65,7 @@ def _present(result: DriveResult) -> list[Fact]:
     keys = [limit.key for limit in result.drive.limits if limit.key in test.figures]
     found = []
     for key in (keys or list(test.figures))[:3]:
-        value, _, spread = value_words(test, key).partition(" (")
+        value, _, spread = value_words(test.figures[key], key).partition(" (")
         found.append(Fact(capital(quantity(key).name), value, spread.removesuffix(")")))
     return found
 
