@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from hdprog.explanation import Explanation
 from hdprog.reporting.json_values import number, quantiles
 from hdprog.reporting.left_structure import structure_warnings
 from hdprog.reporting.sections.paper_method import where_it_fails
@@ -20,8 +21,8 @@ from hdprog.results import (
 )
 
 
-def test_json(test: TestResult) -> dict[str, Any]:
-    """A test as the summary has it."""
+def test_json(test: TestResult, explanation: Explanation | None) -> dict[str, Any]:
+    """A test as the summary has it, with what a search explained of it, if there was one."""
     return {
         "test_id": test.test_id,
         "service_hours": number(test.service_hours),
@@ -47,7 +48,7 @@ def test_json(test: TestResult) -> dict[str, Any]:
         "sensitivity": {name: _sensitivity(found) for name, found in test.sensitivity.items()},
         "other_tooth_angle": _other_tooth_angle(test.other_tooth_angle),
         "paper_identification": _paper(test),
-        "warnings": [*test.warnings, *structure_warnings(test), *weak_words(test)],
+        "warnings": [*test.warnings, *structure_warnings(test, explanation), *weak_words(test)],
     }
 
 

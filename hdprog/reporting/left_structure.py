@@ -34,9 +34,9 @@ def unexplained(test: TestResult, explanation: Explanation | None) -> bool:
     return structure_remains(test) and not (explanation is not None and explanation.effects)
 
 
-def structure_warnings(test: TestResult) -> list[str]:
-    """The warning of a test by itself; none where an effect was added to it."""
-    return [STRUCTURE] if structure_remains(test) and not test.effects else []
+def structure_warnings(test: TestResult, explanation: Explanation | None) -> list[str]:
+    """The warning of a test, if any; effects that were asked for are no reason to leave it out."""
+    return [STRUCTURE] if unexplained(test, explanation) else []
 
 
 def structure_sentences(result: DriveResult) -> list[str]:

@@ -8,6 +8,7 @@ from typing import Any
 from hdprog.physics.parameters import BY_NAME
 from hdprog.reporting.declared_words import declared_words
 from hdprog.reporting.drive_name import drive_name
+from hdprog.reporting.fit_names import explanations
 from hdprog.reporting.json_of_test import test_json
 from hdprog.reporting.json_of_trend import trend_json
 from hdprog.reporting.json_values import number, numbers, quantiles
@@ -25,7 +26,7 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
     What is not a finite number is null, a quantile past the horizon among it; `forecast` is
     empty for a single fit.
     """
-    said = verdict(result)
+    said, by_test = verdict(result), explanations(result)
     return {
         "schema": SCHEMA,
         "hdprog_version": result.provenance.hdprog_version,
@@ -39,7 +40,7 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
             "text": keyboard_signs(said.text),
         },
         "next_test_hours": number(next_test_hours(result)),
-        "tests": [test_json(test) for test in result.tests],
+        "tests": [test_json(test, by_test.get(test.test_id)) for test in result.tests],
         "trend": None if result.trend is None else trend_json(result.trend, result.tests),
         "forecast": [_forecast(forecast) for forecast in result.forecasts],
         "load_scenarios": [

@@ -37,7 +37,7 @@ def test_a_record_that_is_called_adequate_says_what_is_left() -> None:
         "accounts for it: something acts that the model lacks, and what is said here may be "
         "biased by it."
     ]
-    assert STRUCTURE in document(found.tests[0])["warnings"]
+    assert STRUCTURE in document(found.tests[0], found.explanation)["warnings"]
 
 
 def test_tests_of_a_drive_are_named() -> None:
@@ -60,6 +60,7 @@ def test_nothing_is_said_of_noise_or_of_what_is_explained(result: DriveResult) -
     assert not said(result)
 
 
-def test_a_test_with_an_effect_has_no_such_warning_of_its_own() -> None:
-    (test,) = structured(explanations.single(explanations.adequate()), 0).tests
-    assert STRUCTURE not in document(replace(test, effects=("creep",)))["warnings"]
+def test_what_a_search_explained_has_no_such_warning_and_what_was_asked_for_has() -> None:
+    (test,) = structured(explanations.single(explanations.record()), 0).tests
+    assert STRUCTURE not in document(test, explanations.record())["warnings"]
+    assert STRUCTURE in document(test, None)["warnings"]

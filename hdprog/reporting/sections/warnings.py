@@ -5,7 +5,7 @@ from __future__ import annotations
 from hdprog.reporting.declared_words import declared_words
 from hdprog.reporting.effect_words import found_words
 from hdprog.reporting.fit_names import explanations, named_warnings
-from hdprog.reporting.left_structure import STRUCTURE, unexplained
+from hdprog.reporting.left_structure import structure_warnings
 from hdprog.reporting.number_ranges import joined, shape_of
 from hdprog.reporting.trend_words import trend_warnings
 from hdprog.reporting.weak_words import OF_PARAMETERS, weak_words
@@ -30,9 +30,7 @@ def warnings(result: DriveResult) -> list[str]:
     for test in result.tests:
         explanation = by_test.get(test.test_id)
         own = named_warnings(test, explanation)
-        if unexplained(test, explanation):
-            own.append(STRUCTURE)
-        own += weak_words(test)
+        own += [*structure_warnings(test, explanation), *weak_words(test)]
         for text in dict.fromkeys(own):
             by_shape.setdefault(shape_of(text), []).append((test.test_id, text))
     alike = [
