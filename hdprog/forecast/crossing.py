@@ -96,24 +96,28 @@ def forecast_hours(now: float, horizon: float, shutdown: float | None = None) ->
     return np.asarray(hours)
 
 
-def first_crossing(hours: FloatArray, limits: Sequence[Margins]) -> Crossing:
+def first_crossing(
+    hours: FloatArray, limits: Sequence[Margins], *, survived_so_far: bool = False
+) -> Crossing:
     """First crossing of any of several limits (or of one).
 
-    Where the state at now is short of the limits with more than even odds, the drive is taken to
-    have survived so far: paths already past one are left out. Otherwise they count as crossed at
-    now.
+    Paths that are past a limit at now have crossed it at now. Tests give figures within errors
+    and say no more of whether a limit is passed; where something else does, such as a part that
+    has not failed, these paths are left out.
 
     Parameters
     ----------
     hours : (times,) service hours, now first
     limits : margins along the same paths
+    survived_so_far : whether it is known that no limit has been passed up to now; paths count all
+        the same where most of them contradict it
     """
     survived = np.ones_like(limits[0].margin)
     for limit in limits:
         survived = survived * _survival(limit)
     past = survived[:, 0] == 0.0
     already = bool(past.mean() > _SETTLED)
-    kept = survived if already else survived[~past]
+    kept = survived[~past] if survived_so_far and not already else survived
     probability = np.maximum.accumulate(1.0 - kept.mean(axis=0))
     return Crossing(hours, np.clip(probability, 0.0, 1.0), already)
 
@@ -171,6 +175,8 @@ def forecast(
 def _result(limit: Limit | None, crossing: Crossing, settings: ForecastSettings) -> Forecast:
     shutdown, now = settings.next_shutdown_hours, float(crossing.hours[0])
     inside = crossing.upto(settings.horizon_hours)
+    # One that lies behind the last test is over: nothing is at risk by it.
+    by_shutdown = None if shutdown is None or shutdown <= now else crossing.by(shutdown)
     remaining: dict[float, float | None] = {}
     for level in LEVELS:
         at = inside.quantile(level)
@@ -182,7 +188,7 @@ def _result(limit: Limit | None, crossing: Crossing, settings: ForecastSettings)
         acceptable_risk=settings.acceptable_risk,
         horizon_hours=settings.horizon_hours,
         inspect_before_hours=now if crossing.already else inside.quantile(settings.acceptable_risk),
-        probability_crossed_by_shutdown=None if shutdown is None else crossing.by(shutdown),
+        probability_crossed_by_shutdown=by_shutdown,
         probability_crossed_by_horizon=float(inside.probability[-1]),
         remaining_hours=remaining,
         crossing_probability=np.column_stack([inside.hours, inside.probability]),

@@ -56,14 +56,33 @@ def test_never_crossing_mass_is_kept() -> None:
     assert found.quantile(0.2) == pytest.approx(0.5)
 
 
-def test_survivors_alone_count_where_the_state_is_short_of_the_limit() -> None:
-    """Three in ten paths lie past the limit now: the drive runs, so they are left out."""
+def test_what_may_be_past_the_limit_now_is_told_unless_it_is_known_not_to_be() -> None:
+    """Three in ten paths lie past the limit now."""
     margin = np.full((100, 2), 1.0)
     margin[:30] = -1.0
     margin[30:65, 1] = -1.0
-    found = first_crossing(np.array([0.0, 1.0]), [Margins(margin, np.zeros((100, 2)))])
+    limits = [Margins(margin, np.zeros((100, 2)))]
+    found = first_crossing(np.array([0.0, 1.0]), limits)
     assert not found.already
-    assert found.probability.tolist() == pytest.approx([0.0, 0.5])
+    assert found.probability.tolist() == pytest.approx([0.3, 0.65])
+    running = first_crossing(np.array([0.0, 1.0]), limits, survived_so_far=True)
+    assert running.probability.tolist() == pytest.approx([0.0, 0.5])
+
+
+@pytest.mark.parametrize("share", [0.1, 0.45, 0.55])
+def test_the_first_of_all_is_never_safer_than_one_of_them(share: float) -> None:
+    """Paths that are past one limit now go on to pass the other one, and no others do."""
+    hours, past = np.array([0.0, 10.0, 20.0]), round(200 * share)
+    one, other = np.full((200, 3), 1.0), np.full((200, 3), 1.0)
+    one[:past] = -1.0
+    other[: past // 2, 2] = -1.0
+    still = np.zeros((200, 3))
+    limits = [Margins(one, still), Margins(other, still)]
+    first = first_crossing(hours, limits)
+    for limit in limits:
+        single = first_crossing(hours, [limit])
+        assert np.all(first.probability >= single.probability)
+        assert first.already or not single.already
 
 
 def test_past_the_limit_now() -> None:

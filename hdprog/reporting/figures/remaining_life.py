@@ -26,6 +26,7 @@ from hdprog.reporting.style import (
 from hdprog.reporting.words import capital
 from hdprog.results import Forecast
 
+_WORTH_SAYING = 0.05  # of what lies outside of the picture
 _DASHES = ((0, (6, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)), (0, (3, 1)))
 
 
@@ -102,7 +103,7 @@ def _draw_density(axes: Axes, main: Forecast, end: float) -> None:
     axes.set_ylim(0.0, top)
     for level in (0.05, 0.50, 0.95):
         hour = crossing.get(level)
-        if hour is None or hour > end:
+        if hour is None or hour > end or level <= outlook.risk_now(main):
             continue
         height = float(np.interp(hour, at, density))
         axes.plot([hour, hour], [0.0, height], color=INK, linewidth=1.3)
@@ -116,8 +117,19 @@ def _draw_density(axes: Axes, main: Forecast, end: float) -> None:
             zorder=5,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
         )
+    already = outlook.risk_now(main)
+    if already > _WORTH_SAYING:
+        axes.text(
+            0.005,
+            0.92,
+            f"passed already: {percent(already)}",
+            transform=axes.transAxes,
+            va="top",
+            fontsize=8.5,
+            color=INK,
+        )
     later = 1.0 - main.probability_crossed_by_horizon
-    if later > 0.05:
+    if later > _WORTH_SAYING:
         axes.text(
             0.995,
             0.92,
@@ -176,7 +188,7 @@ def _mark_levels(axes: Axes, main: Forecast, end: float) -> None:
     crossing, spread = outlook.crossing_hours(main), outlook.spread(main)
     for level in (0.05, 0.50, 0.95):
         at = crossing.get(level)
-        if at is None or at > end:
+        if at is None or at > end or level <= outlook.risk_now(main):
             continue
         axes.plot([at], [level], "o", color=FIT, markersize=6, markeredgecolor="white", zorder=4)
         if level < 0.1:

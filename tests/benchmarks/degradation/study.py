@@ -98,7 +98,8 @@ def _crossing(
     hours = forecast_hours(now, _BEYOND * study.planned)
     paths = trend.wandering_paths(hours, rng, _DRAWS)
     wander = paths.shared * paths.direction[AT] ** 2 + paths.own[..., AT]
-    found = first_crossing(hours, [Margins(1.0 - paths.states[..., AT], wander)])
+    limits = [Margins(1.0 - paths.states[..., AT], wander)]
+    found = first_crossing(hours, limits, survived_so_far=True)
     remaining = {
         level: None if (at := found.quantile(level)) is None else at - now for level in LEVELS
     }

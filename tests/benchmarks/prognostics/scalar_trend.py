@@ -103,7 +103,8 @@ class ScalarTrend:
         found = simulate_ahead(steps, rng, start, behind, rate_ahead)
         margin = 1.0 - found[..., 0]
         wander = steps.shared * steps.direction[0] ** 2 + steps.own[..., 0]
-        return first_crossing(hours, [Margins(margin, wander[:, which < 0])])
+        limits = [Margins(margin, wander[:, which < 0])]
+        return first_crossing(hours, limits, survived_so_far=True)
 
     def told(self, rng: np.random.Generator) -> Told:
         """What the readings say, the prior left out; see `what_tests_say`."""
