@@ -20,7 +20,14 @@ from hdprog.physics.parameters import FloatArray
 from hdprog.reporting.error_words import before_and_after, errors, not_predicted
 from hdprog.reporting.pooled import pooled_carriers, tests_with
 from hdprog.reporting.reader_units import shown
-from hdprog.reporting.rounding import hours, hours_up, rounded, without_unit
+from hdprog.reporting.rounding import (
+    about_middle,
+    date_down,
+    hours,
+    hours_up,
+    rounded,
+    without_unit,
+)
 from hdprog.reporting.words import agree, listed, spoken, with_unit
 
 NO_MECHANISM = "something that no known mechanism describes"
@@ -171,13 +178,13 @@ def found_words(explanation: Explanation | DriveExplanation) -> str | None:
 
 
 def remaining_cells(levels: Mapping[float, float | None]) -> tuple[str, str, str]:
-    """Hours left at 5, 50 and 95 %, rounded by their spread; "later" past the horizon."""
+    """Hours left at 5, 50 and 95 %, to the digits that they allow; "later" past the horizon."""
     early, middle, late = (levels.get(level) for level in (0.05, 0.50, 0.95))
     inside = [value for value in (early, middle, late) if value is not None]
     spread = max((inside[-1] - inside[0]) / 2.0, 1.0) if inside else 1.0
     return (
-        "later" if early is None else hours(early, spread),
-        "later" if middle is None else hours(middle, spread),
+        "later" if early is None else hours(date_down(early, 0.0, spread)),
+        "later" if middle is None else hours(middle, about_middle(middle, early, late)),
         "later" if late is None else hours_up(late, spread),
     )
 

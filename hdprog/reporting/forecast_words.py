@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from hdprog.reporting.rounding import (
     about_middle,
     date_down,
-    floored,
     hours,
     hours_up,
     without_unit,
@@ -32,13 +31,13 @@ def middle_words(levels: Mapping[str, float | None], start: float = 0.0) -> str:
 
 
 def interval_words(levels: Mapping[str, float | None], start: float = 0.0) -> str:
-    """Say the 90 % interval, its early end rounded down and its late end up."""
+    """Say the 90 % interval: its early end rounded down, not to before `start`, its late end up."""
     low, high, around = levels.get("q05"), levels.get("q95"), spread(levels)
     if low is None:
         return LATER
     if high is None or around is None:
         return f"{hours(start + low)} to {LATER}"
-    early = without_unit(hours(floored(start + low, around)))
+    early = without_unit(hours(date_down(start + low, start, around)))
     return f"{early} to {hours_up(start + high, around)}"
 
 

@@ -148,6 +148,16 @@ def percent(probability: float) -> str:
     return f"{100.0 * probability:.0f}{THIN_SPACE}%"
 
 
+def percent_beside(probability: float, accepted: float) -> str:
+    """Probability in per cent, with as many more digits as tell it from an accepted risk."""
+    if probability < 0.001:
+        return percent(probability) if accepted >= 0.01 else f"less than 0.1{THIN_SPACE}%"
+    shown, wanted = 100.0 * probability, round(100.0 * accepted, 3)
+    coarsest = 0 if max(probability, accepted) >= 0.01 else 1
+    decimals = next((d for d in range(coarsest, 4) if round(shown, d) != wanted), 0)
+    return percent(probability) if decimals == 0 else f"{shown:.{decimals}f}{THIN_SPACE}%"
+
+
 def share(fraction: float) -> str:
     """Write an exact share (an acceptable risk, a counted part) in per cent."""
     return f"{100.0 * fraction:.3g}{THIN_SPACE}%"

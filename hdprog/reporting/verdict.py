@@ -17,6 +17,7 @@ from hdprog.reporting.rounding import (
     hours,
     hours_up,
     percent,
+    percent_beside,
     share,
     without_unit,
 )
@@ -135,7 +136,9 @@ def _outlook(result: DriveResult, main: Forecast) -> tuple[Status, list[str]]:
         sentences = [_passed(result, forecast) for forecast in passed]
         sentences.append("Inspect now.")
         coming = [f for f in outlook.limited(result.forecasts) if not f.already_crossed]
-        sentences += [_coming(forecast, _subject(forecast)) for forecast in coming[:1]]
+        soonest = outlook.leading(coming)
+        if soonest is not None:
+            sentences.append(_coming(soonest, _subject(soonest)))
         return "act", sentences + _rests_on(result)
     sentences = [_coming(main, _main_subject(result, main))]
     if outlook.due_now(main):
@@ -154,6 +157,9 @@ def _outlook(result: DriveResult, main: Forecast) -> tuple[Status, list[str]]:
         status = "plan"
         before = hours(outlook.rounded_date(main, main.inspect_before_hours))
         sentences[0] = f"{sentences[0].removesuffix('.')}; inspect before {before}."
+    ahead = outlook.shutdown_ahead(result)
+    if ahead is not None and ahead[1] > main.acceptable_risk:
+        status = "plan"  # past the horizon, where no date to inspect before is given
     sentences += _shutdown(result, main) + _rests_on(result)
     at = outlook.next_test_hours(result)
     if at is not None:
@@ -232,7 +238,8 @@ def _shutdown(result: DriveResult, main: Forecast) -> list[str]:
         else f"within the accepted {accepted}: it can wait"
     )
     return [
-        f"If nothing is done, the risk by the next shutdown at {hours(at)} is {percent(risk)}, "
+        f"If nothing is done, the risk by the next shutdown at {hours(at)} is "
+        f"{percent_beside(risk, main.acceptable_risk)}, "
         f"{compared}."
     ]
 

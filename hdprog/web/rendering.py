@@ -13,8 +13,8 @@ from fastapi import Request
 from starlette.responses import HTMLResponse, Response
 
 from hdprog import __version__
-from hdprog.reporting.forecast_words import LATER, inspect_words, interval_words, middle_words
-from hdprog.reporting.rounding import hours, interval, percent, plain, significant, without_unit
+from hdprog.reporting.forecast_words import inspect_words, interval_words, middle_words
+from hdprog.reporting.rounding import hours, interval, percent, plain, significant
 from hdprog.reporting.sparkline import sparkline
 from hdprog.reporting.words import counted, quantity, tidy, with_unit
 from hdprog.web.security.identity import Identity, csrf_token, leave_visit
@@ -95,7 +95,6 @@ def environment() -> jinja2.Environment:
     made.globals.update(
         middle_words=middle_words,
         interval_words=interval_words,
-        remaining_words=_remaining,
         inspect_words=inspect_words,
         sparkline=sparkline,
         quantity=quantity,
@@ -108,14 +107,6 @@ def environment() -> jinja2.Environment:
 
 def _hours(value: float | None, otherwise: str = "–") -> str:
     return otherwise if value is None else hours(value)
-
-
-def _remaining(levels: Mapping[str, float | None]) -> str:
-    """Say the 90 % interval of what is left, its early end as finely as the inspection's date."""
-    early, to, late = interval_words(levels).partition(" to ")
-    if late and late != LATER:
-        early = without_unit(inspect_words(levels["q05"], 0.0, levels))
-    return f"{early}{to}{late}"
 
 
 def _percent(value: float | None, otherwise: str = "–") -> str:

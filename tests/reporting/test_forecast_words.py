@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hdprog.reporting import outlook
+from hdprog.reporting.effect_words import remaining_cells
 from hdprog.reporting.forecast_words import interval_words, middle_words
 from hdprog.reporting.rounding import THIN_SPACE, hours
 from tests.reporting.drives import LOST_MOTION, forecast_of
@@ -35,3 +36,16 @@ def test_the_report_rounds_the_median_of_a_skewed_forecast_by_its_nearer_end() -
     assert outlook.spread(forecast) > median - early
     shown = number(hours(median, outlook.spread_about_median(forecast)))
     assert abs(shown - median) <= 0.1 * (median - early)
+
+
+def test_an_interval_does_not_begin_before_now() -> None:
+    levels = {"q05": 60.0, "q50": 900.0, "q95": 12_000.0}
+    early, _ = interval_words(levels, 1450.0).split(" to ")
+    assert 1450.0 <= number(early) <= 1510.0
+
+
+def test_what_is_left_is_rounded_down_at_its_early_end() -> None:
+    early, middle, late = map(number, remaining_cells({0.05: 620.0, 0.5: 900.0, 0.95: 12_000.0}))
+    assert 496.0 <= early <= 620.0 < middle <= 930.0
+    assert late >= 12_000.0
+    assert number(remaining_cells({0.05: 400.0, 0.5: 3000.0, 0.95: 12_000.0})[0]) >= 320.0

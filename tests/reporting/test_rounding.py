@@ -14,6 +14,7 @@ from hdprog.reporting.rounding import (
     hours_up,
     interval,
     percent,
+    percent_beside,
     plain,
     round_step,
     rounded,
@@ -95,3 +96,19 @@ def test_next_to_no_uncertainty_does_not_make_endless_digits() -> None:
     assert rounded(35812.071234567, 1e-7) == f"35{THIN_SPACE}812.07"
     assert rounded(0.3004629123, 1e-9) == "0.300463"
     assert rounded(0.000123456789, 1e-13) == "1.234568 × 10⁻⁴"
+
+
+@pytest.mark.parametrize(
+    ("risk", "accepted", "text"),
+    [
+        (0.12, 0.05, "12 %"),
+        (0.0537, 0.05, "5.4 %"),
+        (0.0504, 0.05, "5.04 %"),
+        (0.05, 0.05, "5 %"),
+        (0.0, 0.05, "less than 1 %"),
+        (0.006, 0.005, "0.6 %"),
+        (0.0002, 0.005, "less than 0.1 %"),
+    ],
+)
+def test_a_risk_is_told_from_the_accepted_one(risk: float, accepted: float, text: str) -> None:
+    assert spaced(percent_beside(risk, accepted)) == text

@@ -122,6 +122,15 @@ def test_a_passed_limit_does_not_hide_the_next_one() -> None:
     assert sentences[2].startswith("Secant stiffness at 14 Nm is forecast to fall below")
 
 
+def test_past_one_limit_the_soonest_of_the_others_is_told() -> None:
+    passed, coming = drives.past_limit(), drives.wearing(drives.SECANT).forecasts[0]
+    far = replace(
+        coming, remaining_hours=dict.fromkeys(coming.remaining_hours), limit=drives.LOST_MOTION
+    )
+    _, sentences = words(replace(passed, forecasts=(*passed.forecasts, far, coming)))
+    assert sentences[2].startswith("Secant stiffness at 14 Nm is forecast to fall below")
+
+
 def test_a_risk_reached_today_asks_for_an_inspection_now() -> None:
     result = drives.wearing(crossing=1000.0, spread=120.0, shutdown=None)
     said, sentences = words(result)
@@ -243,3 +252,22 @@ def test_bounds_from_quantiles_hold_the_true_probability(direction: str) -> None
 def test_a_shutdown_that_has_passed_is_not_stated() -> None:
     _, sentences = words(drives.wearing(shutdown=800.0))
     assert not any("shutdown" in sentence for sentence in sentences)
+
+
+def test_a_shutdown_past_the_horizon_that_is_not_to_be_waited_for_is_planned_for() -> None:
+    result = drives.healthy()
+    settings = replace(result.drive.forecast, next_shutdown_hours=30_000.0)
+    forecasts = [replace(one, probability_crossed_by_shutdown=0.48) for one in result.forecasts]
+    late = replace(
+        result, forecasts=tuple(forecasts), drive=replace(result.drive, forecast=settings)
+    )
+    said, sentences = words(late)
+    assert any("is 48 %, above the accepted 5 %: do not wait for it" in text for text in sentences)
+    assert said.status == "plan"
+
+
+def test_a_risk_that_rounds_to_the_accepted_one_is_told_from_it() -> None:
+    result = with_quantiles(
+        drives.wearing(), 1460.0, 2280.0, 1310.0, probability_crossed_by_shutdown=0.0537
+    )
+    assert "is 5.4 %, above the accepted 5 %" in words(result)[1][1]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from hdprog.reporting import outlook
 from hdprog.reporting.present import value_words
-from hdprog.reporting.rounding import hours, percent, share
+from hdprog.reporting.rounding import hours, percent, percent_beside, share
 from hdprog.reporting.words import capital, quantity
 from hdprog.results import DriveResult, Forecast
 
@@ -29,7 +29,8 @@ def facts(result: DriveResult) -> list[Fact]:
     ahead = outlook.shutdown_ahead(result)
     if ahead is not None and not main.already_crossed:
         note = f"at {hours(ahead[0])}; accepted is {share(main.acceptable_risk)}"
-        found.append(Fact("Risk by the next shutdown", percent(ahead[1]), note))
+        value = percent_beside(ahead[1], main.acceptable_risk)
+        found.append(Fact("Risk by the next shutdown", value, note))
     elif not main.already_crossed:
         note = f"that a limit is passed by then; accepted is {share(main.acceptable_risk)}"
         value = percent(main.probability_crossed_by_horizon)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hdprog.reporting import outlook
-from hdprog.reporting.rounding import hours, hours_up, percent, share, without_unit
+from hdprog.reporting.rounding import hours, hours_up, percent, percent_beside, share, without_unit
 from hdprog.reporting.sections.table import Cell, Row, Table, Value
 from hdprog.reporting.words import capital, figure_interval, quantity, with_unit
 from hdprog.results import DriveResult, Forecast
@@ -87,7 +87,7 @@ def waiting_table(result: DriveResult) -> Table | None:
             hours(at),
             (
                 hours(at - main.now_hours),
-                percent(outlook.risk_at(main, at)),
+                percent_beside(outlook.risk_at(main, at), main.acceptable_risk),
                 "within" if outlook.risk_at(main, at) <= main.acceptable_risk else "above",
             ),
         )
@@ -107,7 +107,11 @@ def loads_table(result: DriveResult) -> Table | None:
     if not result.scenarios or as_now is None:
         return None
     told = result.trend is not None and "load_share" in result.trend.hyperparameters
-    untested = "" if told else " No test of this drive at another load stands behind that."
+    tested = (
+        " That is for the part of wear that follows the load; how large it is the trend learns."
+        if told
+        else " No test of this drive at another load stands behind that."
+    )
     rows = []
     for load, main in sorted(
         [(1.0, as_now)] + [(one.load, outlook.overall(one.forecasts)) for one in result.scenarios],
@@ -120,7 +124,7 @@ def loads_table(result: DriveResult) -> Table | None:
         rows.append(Row(name, (_passed(main), risk, _inspect(main))))
     return Table.flat(
         "If the load changes from now on: the first of all limits. Wear is taken to go with the "
-        f"cube of the torque, as the makers rate life, the speed staying as it is.{untested}",
+        f"cube of the torque, as the makers rate life, the speed staying as it is.{tested}",
         (
             "torque to come",
             "passed at: median, 90 %",
