@@ -144,16 +144,17 @@ class Timeline:
         order = np.argsort(service, kind="stable")
         service, which = service[order], which[order].astype(np.intp)
         variance = np.zeros((service.size, prior.loading_mean.size))
-        begins = np.zeros(service.size, dtype=bool)
-        begins[0] = True
+        replaced = np.zeros(service.size, dtype=bool)
         for place, test in enumerate(which):
             if test >= 0:
                 variance[place] = prior.event_variance(tests[test].event)
-                begins[place] |= tests[test].event == "replaced" and place > 0
+                replaced[place] = tests[test].event == "replaced"
+        begins = replaced.copy()
+        begins[0] = True
         first = np.maximum.accumulate(np.where(begins, np.arange(service.size), 0))
 
         def since_new(hours: FloatArray) -> FloatArray:
-            return np.asarray(hours - np.where(first > 0, hours[first], 0.0))
+            return np.asarray(hours - np.where(replaced[first], hours[first], 0.0))
 
         by_load = since_new(clock(service)) if clock.by_load else None
         found = Temperatures.of(tests)

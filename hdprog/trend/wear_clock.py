@@ -95,8 +95,14 @@ class ServiceClock:
         return replace(self, load_factor=load_factor)
 
     def served(self, hours: FloatArray) -> FloatArray:
-        """Service hours (any shape), those past the last test at the pace of the load to come."""
+        """Service hours (any shape).
+
+        Where the load is not known, those past the last test pass at the pace of the load to come;
+        where it is, hours by load do, as far as wear is found to follow it.
+        """
         hours, last = np.asarray(hours, dtype=float), self.service[-1]
+        if self.by_load:
+            return hours
         return np.asarray(np.where(hours > last, last + self.load_factor * (hours - last), hours))
 
     def __call__(self, hours: FloatArray) -> FloatArray:

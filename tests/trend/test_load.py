@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hdprog.trend.fitting import fit_trend
-from hdprog.trend.state_space import LOAD_SHARE
+from hdprog.trend.state_space import LOAD_SHARE, Timeline
 from hdprog.trend.wear_clock import ServiceClock, hours_by_load
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.trend.stand_in import PRIOR, wearing_drive
@@ -67,3 +67,35 @@ def test_without_loads_nothing_is_said_of_them() -> None:
     trend = fit_trend(drive, PRIOR, read_wear_prior(), np.random.default_rng(2), quick=True)
     assert LOAD_SHARE not in trend.hyperparameters()
     assert LOAD_SHARE not in trend.carried_by_prior()
+
+
+@pytest.mark.parametrize(("share", "counted"), [(0.0, 1000.0), (0.5, 750.0), (1.0, 500.0)])
+def test_a_load_to_come_counts_as_far_as_wear_follows_the_load(
+    share: float, counted: float
+) -> None:
+    by_load = hours_by_load(HOURS.tolist(), TORQUE, [None] * 8)
+    assert by_load is not None
+    plain = wearing_drive(np.random.default_rng(1), HOURS / 4000, HOURS)
+    drive = [replace(test, load_hours=load) for test, load in zip(plain, by_load, strict=True)]
+    clock = ServiceClock.of(drive).slowed(0.5)
+    timeline, _ = Timeline.of(drive, clock, read_wear_prior(), np.array([4500.0]))
+    found = timeline.counted(np.array([share]))[0]
+    assert found[-1] - found[-2] == pytest.approx(counted)
+
+
+@pytest.mark.parametrize(
+    ("events", "ages"),
+    [
+        ((None, None, None), (5000.0, 6000.0, 7500.0)),
+        (("replaced", None, None), (0.0, 1000.0, 2500.0)),
+        ((None, "replaced", None), (5000.0, 0.0, 1500.0)),
+    ],
+)
+def test_a_drive_is_new_where_it_was_replaced(
+    events: tuple[str | None, ...], ages: tuple[float, ...]
+) -> None:
+    hours = np.array([5000.0, 6000.0, 7500.0])
+    plain = wearing_drive(np.random.default_rng(1), hours / 8000, hours)
+    drive = [replace(test, event=event) for test, event in zip(plain, events, strict=True)]
+    timeline, _ = Timeline.of(drive, ServiceClock.of(drive), read_wear_prior())
+    assert timeline.age == pytest.approx(ages)
