@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from hdprog.atomic import atomic_directory
-from hdprog.data.drive_folder import DriveFolder, read_drive_folder, read_test_loop
+from hdprog.data.drive_folder import DriveFolder, files_of, read_drive_folder, read_test_loop
 from hdprog.data.loop import Loop
 from hdprog.data.truth_file import Truth, read_truth
 from hdprog.errors import BadInputError
@@ -21,8 +21,9 @@ from hdprog.forecast.backtest_pool import BacktestResult, DriveScores
 from hdprog.forecast.crossing import require_horizon_ahead
 from hdprog.forecast.what_came import seen_test
 from hdprog.inference.posterior import Posterior
+from hdprog.inference.prepare import scales_of
 from hdprog.inference.prior_file import prior_of_drive
-from hdprog.inference.priors import Prior, RecordScales
+from hdprog.inference.priors import Prior
 from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
 from hdprog.parallel import hold_blas_to_one_thread, process_executor, spread_over
 from hdprog.results import Provenance
@@ -126,7 +127,12 @@ def backtest(
         heading = "" if len(read) == 1 else f"{one.name}: "
         drives.append(_backtest(one, [seed, number], quick, workers, _named(progress, heading)))
     seconds["fits and forecasts"] = time.perf_counter() - started - seconds["reading"]
-    provenance = Provenance.of((loop for one in read for loop in one.loops), seed, quick, _PACKAGES)
+    files = {
+        f"{one.name}/{name}": digest
+        for one in read
+        for name, digest in files_of(one.folder, one.loops).items()
+    }
+    provenance = Provenance.of(files, seed, quick, _PACKAGES)
     return Backtest(
         BacktestResult(path.resolve().name, tuple(drives), tuple(left_out), provenance, seconds)
     )
@@ -176,7 +182,7 @@ def _read(path: Path, name: str) -> _ReadDrive:
         )
     require_horizon_ahead(folder.tests[-1].service_hours, folder.drive.forecast.horizon_hours)
     loops = [read_test_loop(folder, test) for test in folder.tests]
-    prior, remark = prior_of_drive(folder.drive, RecordScales.of(loops[0].torque, loops[0].angle))
+    prior, remark = prior_of_drive(folder.drive, scales_of(loops[0]))
     truth = read_truth(path / "truth.json", folder.drive)
     return _ReadDrive(name, folder, loops, prior, remark, truth)
 

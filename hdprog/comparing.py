@@ -144,7 +144,7 @@ def compare(
         models=models,
         left_out=tuple(left_out),
         warnings=(*_not_converged(models), *prepared.warnings),
-        provenance=Provenance.of([loop], recorded, quick),
+        provenance=Provenance.of({loop.source: loop.sha256}, recorded, quick),
         seconds={"compare": time.perf_counter() - started},
     )
     return ComparisonOutcome(result)

@@ -19,6 +19,7 @@ from typing import Any
 from hdprog import __version__
 from hdprog.atomic import atomic_directory, atomic_write_text
 from hdprog.cluster import dask_client
+from hdprog.config import Drive
 from hdprog.data.drive_folder import read_drive_folder
 from hdprog.errors import BadInputError, HdprogError
 from hdprog.packed import packed, unpack, unpacked
@@ -199,7 +200,20 @@ def _key(folder: Path, seed: int, quick: bool, explain: bool) -> str:
         digest.update((folder / name).read_bytes())
     for test in read.tests:
         digest.update(test.path.read_bytes())
+    for text in _priors(read.drive):
+        digest.update(text.encode())
     return digest.hexdigest()
+
+
+def _priors(drive: Drive) -> tuple[str, str]:
+    """The prior of the drive's loops and that of its wear, whatever files they are from."""
+    from hdprog.inference.prior_file import prior_of_drive
+    from hdprog.inference.priors import RecordScales
+    from hdprog.trend.wear_prior import read_wear_prior
+
+    prior, _ = prior_of_drive(drive, RecordScales(1.0, 1.0))
+    told = (prior.name, prior.mean.tolist(), prior.sd.tolist(), sorted(prior.catalogue.items()))
+    return json.dumps(told), read_wear_prior().model_dump_json()
 
 
 @contextmanager

@@ -120,7 +120,7 @@ def reproduce_paper(
             *records.recovery_findings(tuple(recoveries)),
         ),
         warnings=_warnings(recoveries),
-        provenance=Provenance.of([], seed, quick),
+        provenance=Provenance.of({}, seed, quick),
         seconds={"reproduction": time.perf_counter() - started},
     )
     return ReproductionOutcome(result)

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from hdprog.config import Drive
-from hdprog.data.drive_folder import read_drive_folder, read_test_loop
+from hdprog.data.drive_folder import files_of, read_drive_folder, read_test_loop
 from hdprog.data.finished_runs import read_finished_runs
 from hdprog.data.loop import Loop
 from hdprog.discovery.drive import brought_by_wear, explain_drive
@@ -21,9 +21,8 @@ from hdprog.discovery.search import trace
 from hdprog.errors import UsageError
 from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.five_points import identify_record
-from hdprog.inference.prepare import prepare
+from hdprog.inference.prepare import prepare, scales_of
 from hdprog.inference.prior_file import prior_of_drive
-from hdprog.inference.priors import RecordScales
 from hdprog.inference.summarise import figure_requests, summarise
 from hdprog.inference.until_converged import FULL, QUICK
 from hdprog.outcome import ExplainOutcome, Outcome, import_for_writing
@@ -128,7 +127,7 @@ def fit(
         trend=None,
         forecasts=(),
         warnings=(),
-        provenance=Provenance.of([loop], recorded, quick),
+        provenance=Provenance.of({loop.source: loop.sha256}, recorded, quick),
         seconds={"fit": time.perf_counter() - started},
     )
     return Outcome(result, (posterior,), single=True)
@@ -198,7 +197,7 @@ def explain(
         trend=None,
         forecasts=(),
         warnings=(),
-        provenance=Provenance.of([loop], recorded, quick),
+        provenance=Provenance.of({loop.source: loop.sha256}, recorded, quick),
         seconds={"explain": time.perf_counter() - started},
         explanation=closed.explanation,
     )
@@ -254,7 +253,7 @@ def run(
     seconds: dict[str, float] = {}
     started = time.perf_counter()
     hold_blas_to_one_thread()
-    prior, remark = prior_of_drive(folder.drive, RecordScales.of(loops[0].torque, loops[0].angle))
+    prior, remark = prior_of_drive(folder.drive, scales_of(loops[0]))
     seeds = np.random.SeedSequence(seed).spawn(len(loops) + 2)
     plan = QUICK if quick else FULL
     hours = [test.service_hours for test in folder.tests]
@@ -300,7 +299,7 @@ def run(
         trend=found.trend,
         forecasts=found.forecasts,
         warnings=(remark,) if remark else (),
-        provenance=Provenance.of(loops, seed, quick),
+        provenance=Provenance.of(files_of(folder, loops), seed, quick),
         seconds=seconds,
         explanation=explanation,
         scenarios=found.scenarios,

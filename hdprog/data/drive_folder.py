@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +17,7 @@ __all__ = [
     "EVENTS",
     "DriveFolder",
     "DriveTest",
+    "files_of",
     "read_drive_folder",
     "read_test_loop",
     "require_drive_folder",
@@ -28,6 +31,12 @@ class DriveFolder:
     drive: Drive
     tests: tuple[DriveTest, ...]
     path: Path
+
+
+def files_of(folder: DriveFolder, loops: Sequence[Loop]) -> dict[str, str]:
+    """SHA-256 of each test's file (loops in their order), by its path from the drive's folder."""
+    paths = [os.path.relpath(test.path, folder.path) for test in folder.tests]
+    return {Path(at).as_posix(): loop.sha256 for at, loop in zip(paths, loops, strict=True)}
 
 
 def require_drive_folder(path: Path) -> None:

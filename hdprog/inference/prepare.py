@@ -61,6 +61,12 @@ class Prepared:
     warnings: tuple[str, ...]
 
 
+def scales_of(loop: Loop) -> RecordScales:
+    """Scales of a record for a generic prior, readings that are wrong beyond doubt left out."""
+    sound, _ = levelled(loop)
+    return RecordScales.of(sound.torque, sound.angle)
+
+
 def prepare(
     loop: Loop,
     drive: Drive,

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
 
 from hdprog import __version__
 from hdprog.config import Drive
-from hdprog.data.loop import Loop
 from hdprog.explanation import DriveExplanation, Explanation
 from hdprog.results.of_forecast import Forecast, LoadScenario
 from hdprog.results.of_test import TestResult
@@ -26,16 +25,16 @@ class Provenance:
     command: str
     created: str  # ISO 8601, UTC
     versions: Mapping[str, str]
-    files: Mapping[str, str]  # file name → SHA-256
+    files: Mapping[str, str]  # a record's name, or its path in the folder → SHA-256
 
     @staticmethod
     def of(
-        loops: Iterable[Loop],
+        files: Mapping[str, str],
         seed: int | None,
         quick: bool,
         packages: Sequence[str] = ("numpy", "scipy", "emcee", "arviz"),
     ) -> Provenance:
-        """What is made now from these records, with the versions of these packages."""
+        """What is made now from records, by their names, with the versions of these packages."""
         return Provenance(
             hdprog_version=__version__,
             seed=seed,
@@ -43,7 +42,7 @@ class Provenance:
             command="Python API",
             created=datetime.now(UTC).isoformat(timespec="seconds"),
             versions={name: version(name) for name in packages},
-            files={loop.source: loop.sha256 for loop in loops},
+            files=files,
         )
 
 

@@ -13,6 +13,7 @@ from hdprog import fleet_run, workflow
 from hdprog.errors import BadInputError, UsageError
 from hdprog.fleet_run import Fleet, run_fleet
 from hdprog.inference.until_converged import QUICK
+from hdprog.shipped import shipped
 from tests.reporting.page import Page
 from tests.workflow.test_run import edit, subset
 
@@ -77,6 +78,21 @@ def test_drives_are_listed_worst_first_and_kept(
         order = fleet_run._orders(folder, out, 0, True, False)[0]
         again.append([one.finished for one in order])
     assert again == [[False, False], [True, False]]
+
+
+def test_another_prior_makes_a_drive_anew(folder: Path, tmp_path: Path) -> None:
+    worn = folder / "cell1" / "worn"
+    own = worn / "own.toml"
+    shutil.copyfile(shipped("priors") / "csf-25-80.toml", own)
+    edit(worn, 'file = "csf-25-80"', 'file = "own.toml"')
+    before = fleet_run._key(worn, 0, True, False)
+    assert fleet_run._key(worn, 0, True, False) == before
+    text = own.read_text("utf-8")
+    own.write_text(text.replace("log_sd = 0.4", "log_sd = 0.5", 1), "utf-8")
+    assert fleet_run._key(worn, 0, True, False) != before
+    own.unlink()
+    with pytest.raises(BadInputError, match=r"own\.toml"):
+        fleet_run._key(worn, 0, True, False)
 
 
 def test_the_work_goes_out_packed_and_comes_back_packed(folder: Path, tmp_path: Path) -> None:
