@@ -15,6 +15,7 @@ from hdprog.physics.torque_path import TorquePath
 
 _CERTAIN = 0.05  # share of a stretch's mean rate to which noise may blur the rate
 _WIDEST = 1 / 4  # of a stretch
+_SLOW = 40  # parts of the record over which a temperature is averaged
 
 
 def record_course(loop: Loop, path: TorquePath, torque_noise: float) -> Course:
@@ -34,12 +35,13 @@ def record_course(loop: Loop, path: TorquePath, torque_noise: float) -> Course:
     if loop.time is not None and loop.output_angle is not None:
         noise = channel_noise(loop.output_angle, loop.time)
         speed = loading_rate(loop.output_angle, loop.time, path.starts, noise)
+    temperature = None if loop.temperature is None else denoised(loop.temperature)
     return Course(
         path=path,
         order=np.linspace(0.0, 1.0, count),
         time=loop.time,
         rate=rate,
-        temperature=loop.temperature,
+        temperature=temperature,
         output_angle=loop.output_angle,
         scales=Scales(
             torque=float(np.max(np.abs(loop.torque))),
@@ -49,9 +51,22 @@ def record_course(loop: Loop, path: TorquePath, torque_noise: float) -> Course:
             sweep=None if loop.output_angle is None else float(np.ptp(loop.output_angle)),
             readings=count,
             output_middle=None if loop.output_angle is None else float(loop.output_angle.mean()),
+            coldest=None if temperature is None else float(temperature.min()),
+            warming=None if temperature is None else float(np.ptp(temperature)),
         ),
         output_speed=speed,
     )
+
+
+def denoised(values: FloatArray) -> FloatArray:
+    """Mean of a slow channel (samples,) over a fortieth of the record about each reading."""
+    half = values.size // (2 * _SLOW)
+    index = np.arange(values.size)
+    # As far to either side: at the ends nothing is drawn inwards.
+    reach = np.minimum(half, np.minimum(index, index[::-1]))
+    sums = np.concatenate([[0.0], np.cumsum(values - values[0])])
+    mean = (sums[index + reach + 1] - sums[index - reach]) / (2 * reach + 1)
+    return np.asarray(values[0] + mean)
 
 
 def loading_rate(

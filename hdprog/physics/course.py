@@ -24,6 +24,7 @@ class Scales:
     sweep : range of the absolute output position in rad; None where it was not recorded
     output_middle : mean absolute output position in rad, from which its lines' phases count; None
         where it was not recorded
+    coldest, warming : lowest temperature and its range in °C, None where it was not recorded
     readings : number of values along the record, which bounds what frequency can be seen
     """
 
@@ -34,6 +35,8 @@ class Scales:
     sweep: float | None
     readings: int
     output_middle: float | None = None
+    coldest: float | None = None
+    warming: float | None = None
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,7 @@ class Course:
     order : place in the record, from 0 to 1
     time : in s from the record's start, or None
     rate : loading rate dT/dt from a denoised torque in Nm/s, or None
-    temperature : in °C, or None
+    temperature : denoised, in °C, or None
     output_angle : absolute output position in rad, or None
     scales : of the record
     output_speed : its rate in rad/s from a smoothed position, or None

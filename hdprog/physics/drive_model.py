@@ -182,11 +182,16 @@ def slip(
         current = np.minimum(np.maximum(initial, lower), upper)
     else:
         current = lower + initial_fraction * (upper - lower)
-    return play(path, envelope, at_end, current)
+    return play(path, envelope, at_end, current, falls=negative is not None)
 
 
 def play(
-    path: TorquePath, envelope: FloatArray, at_end: FloatArray, current: FloatArray
+    path: TorquePath,
+    envelope: FloatArray,
+    at_end: FloatArray,
+    current: FloatArray,
+    *,
+    falls: bool = False,
 ) -> FloatArray:
     """Carry a state along a torque path: it stays where it is until an envelope pushes it.
 
@@ -196,6 +201,7 @@ def play(
     envelope : (draws, samples) envelope that pushes, along the direction of travel; overwritten
     at_end : (draws, stretches) the same at the end of each stretch
     current : (draws,) state before the first sample, between the envelopes there
+    falls : whether the envelope may fall along a stretch, as where the sides of torque differ
 
     Returns
     -------
@@ -206,9 +212,13 @@ def play(
     for number, (start, end) in enumerate(zip(path.starts, path.ends, strict=True)):
         if number:
             travelled = np.maximum(at_end[:, number - 1], travelled)
+            if falls and path.ends[number - 1] > path.starts[number - 1]:
+                travelled = np.maximum(envelope[:, path.ends[number - 1] - 1], travelled)
             if path.rising[number] != path.rising[number - 1]:
                 travelled = -travelled
         stretch = envelope[:, start:end]
+        if falls:
+            np.maximum.accumulate(stretch, axis=1, out=stretch)
         np.maximum(stretch, travelled[:, None], out=stretch)
     envelope *= path.direction
     return envelope

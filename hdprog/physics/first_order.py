@@ -12,6 +12,7 @@ from hdprog.physics.parameters import FloatArray
 _SHORTEST = 1 / 6400  # of the record: quicker followers cannot be told from what they follow
 _SHORTEST_OF_TWO = 1 / 400
 _STRETCH = 400.0  # time constants in one stretch: their exponentials are numbers
+_PAUSE = 250.0  # time constants between two readings that make a stretch of their own
 
 
 def follow(course: Course, driven_by: FloatArray, constant: FloatArray) -> FloatArray:
@@ -36,20 +37,27 @@ def follow(course: Course, driven_by: FloatArray, constant: FloatArray) -> Float
     time, rate = course.time, np.diff(driven_by, axis=1) / np.diff(course.time)
     stretches = int(np.ceil(course.scales.duration / (_STRETCH * float(constant.min()))))
     inner = np.searchsorted(time, time[0] + np.ptp(time) * np.arange(1, stretches) / stretches)
-    ends = np.unique([0, *inner, time.size - 1])
+    pauses = np.flatnonzero(np.diff(time) > _PAUSE * float(constant.min()))
+    ends = np.unique([0, *inner, *pauses, *(pauses + 1), time.size - 1])
     follower = np.empty((max(len(driven_by), len(constant)), time.size))
     follower[:, 0] = driven_by[:, 0]
     left: FloatArray | None = None  # of w at the stretch's beginning
     for start, end in pairwise(ends.tolist()):
-        # Over a step w·exp(t/τ) gains τ du/dt times what exp(t/τ) gains.
-        since = time[start : end + 1] - (time[start] if start else 0.0)
-        growth = np.exp(since / constant)
-        behind = np.diff(growth, axis=1) * rate[:, start:end]
-        np.cumsum(behind, axis=1, out=behind)
-        behind /= growth[:, 1:]
-        behind *= constant
-        if left is not None:
-            behind += left / growth[:, 1:]
+        if end == start + 1:
+            fading = np.exp(-(time[end] - time[start]) / constant)
+            behind = constant * rate[:, start:end] * (1.0 - fading)
+            if left is not None:
+                behind += left * fading
+        else:
+            since = time[start : end + 1] - (time[start] if start else 0.0)
+            # Over a step w·exp(t/τ) gains τ du/dt times what exp(t/τ) gains.
+            growth = np.exp(since / constant)
+            behind = np.diff(growth, axis=1) * rate[:, start:end]
+            np.cumsum(behind, axis=1, out=behind)
+            behind /= growth[:, 1:]
+            behind *= constant
+            if left is not None:
+                behind += left / growth[:, 1:]
         left = behind[:, -1:]
         np.subtract(driven_by[:, start + 1 : end + 1], behind, out=follower[:, start + 1 : end + 1])
     return follower

@@ -20,6 +20,7 @@ from hdprog.physics.torque_path import TorquePath
 
 QUANTITIES = ("hysteresis_width_arcmin", "hysteresis_loss_J", "lost_motion_arcmin")
 """Figures of merit that a steady cycle has."""
+_NEAR_ZERO = 1e-9  # of the reference torque
 
 
 @dataclass(frozen=True)
@@ -109,8 +110,10 @@ def whole_figure(
         for another quantity
     """
     if quantity == "hysteresis_width_arcmin":
-        rising, falling = steady_branches(np.array([0.0]), parameters, operation, lasting)
-        return np.asarray(ARCMIN_PER_RAD * (falling - rising)[:, 0])
+        # Just to either side of no torque: where the sides differ, so does the width.
+        near = _NEAR_ZERO * operation.reference_torque * np.array([-1.0, 1.0])
+        rising, falling = steady_branches(near, parameters, operation, lasting)
+        return np.asarray(ARCMIN_PER_RAD * (falling - rising).mean(axis=1))
     if quantity == "hysteresis_loss_J":
         top = operation.reference_torque
         torque = np.linspace(-top, top, LOSS_POINTS)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from scipy.integrate import solve_ivp
 from hdprog.data.coordinates import record_course
 from hdprog.data.loop import Loop
 from hdprog.physics.course import Course
-from hdprog.physics.drive_model import predict, torsion_angle
+from hdprog.physics.drive_model import predict, slip, slip_envelope, torsion_angle
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.model import EffectSet
 from hdprog.physics.first_order import follow, follow_two, resolved
@@ -274,7 +275,7 @@ def test_creep_lags_a_slow_ramp_by_its_time_constants() -> None:
 
 def test_thermal_drift_follows_the_recorded_temperature() -> None:
     torque, time = zigzag(0, 50, -50, 0), np.linspace(0, 90, 121)
-    temperature = 21 + 3 * np.sin(time / 30)
+    temperature = 21 + time / 30
     warmth = (temperature - temperature.min()) / np.ptp(temperature)
     values = {"drift": 4e-5, "softening": -1e-5, "time_constant": 0.4}
     found = added("thermal_drift", course_of(torque, time, temperature), **values)
@@ -417,3 +418,52 @@ def test_a_long_record_has_followers_of_every_speed_side_by_side() -> None:
     for found, constant in zip(together, constants, strict=True):
         alone = follow(course, driven, constant[None])[0]
         np.testing.assert_allclose(found, alone, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("rougher", [-0.3, 0.3])
+def test_slip_with_a_rougher_side_never_moves_against_the_torque(rougher: float) -> None:
+    """Sample after sample, the play operator between the two sides' envelopes."""
+    torque = random_walk(11)
+    values = {"log_stiffness_ratio": np.array([[0.1]]), "log_friction_ratio": np.array([[rougher]])}
+    negative = BY_ID["asymmetry"].negative_side(DRIVE, values)
+    start = np.array([0.5])
+    path = TorquePath.exact(torque)
+    found = slip(path, DRIVE, ALPHA, initial_fraction=start, negative=negative)[0]
+    side = np.where(torque < 0, 1, 0)
+    upward = [slip_envelope(torque, one, ALPHA)[0] for one in (DRIVE, negative)]
+    downward = [-slip_envelope(-torque, one, ALPHA)[0] for one in (DRIVE, negative)]
+    lower, upper = np.choose(side, upward), np.choose(side, downward)
+    state = lower[0] + 0.5 * (upper[0] - lower[0])
+    for at, rising in enumerate(path.direction > 0):
+        state = max(state, lower[at]) if rising else min(state, upper[at])
+        assert found[at] == pytest.approx(state, abs=1e-15)
+
+
+def test_viscous_followers_stay_numbers_across_a_pause() -> None:
+    """Two ramps with a pause of 9 000 time constants between them, stepped through exactly."""
+    time = np.concatenate([np.linspace(0.0, 10.0, 60), np.linspace(100.0, 110.0, 60)])
+    driven = np.concatenate([np.linspace(0.0, 50.0, 60), np.linspace(50.0, 20.0, 60)])
+    course, constant = course_of(driven, time), np.array([[0.02], [0.1]])
+    found = follow(course, driven[None, :], constant)
+    for row, tau in zip(found, resolved(course, constant)[:, 0], strict=True):
+        state = driven[0]
+        for at in range(1, time.size):
+            step = time[at] - time[at - 1]
+            rate = (driven[at] - driven[at - 1]) / step
+            lag = (driven[at - 1] - state) * math.exp(-step / tau)
+            state = driven[at] - lag - tau * rate * -math.expm1(-step / tau)
+            assert row[at] == pytest.approx(state, abs=1e-9)
+
+
+def test_thermal_drift_is_the_same_for_readings_and_for_their_averages() -> None:
+    """Noise of the temperature's sensor widens the readings' range and not the averages'."""
+    rng = np.random.default_rng(3)
+    torque, time = zigzag(0, 50, -50, 0, samples=1000), np.linspace(0, 90, 3001)
+    course = course_of(torque, time, 21 + time / 60 + 0.2 * rng.standard_normal(time.size))
+    assert course.temperature is not None
+    blocks = course.temperature[:3000].reshape(100, 30).mean(axis=1)
+    averaged = replace(course_of(torque[15::30], time[15::30], blocks), scales=course.scales)
+    values = {"drift": 4e-5, "softening": 0.0, "time_constant": 0.4}
+    found = added("thermal_drift", course, **values)[:3000].reshape(100, 30).mean(axis=1)
+    # The mean over a fortieth of the record, taken twice: at the ends over fewer readings.
+    np.testing.assert_allclose(added("thermal_drift", averaged, **values), found, atol=2e-6)

@@ -84,3 +84,13 @@ def test_effects_of_the_rig_or_of_the_rate_are_no_part_of_it() -> None:
     assert LastingEffects.of(EffectSet(others, SCALES), {}) is None
     with pytest.raises(ValueError, match="no figure of the steady cycle"):
         whole("preload_Nm", lasting("backlash", play=1e-4, width=0.1))
+
+
+@pytest.mark.parametrize("rougher", [-0.2, 0.2])
+def test_the_width_sees_the_friction_of_either_side(rougher: float) -> None:
+    uneven = lasting("asymmetry", log_stiffness_ratio=0.0, log_friction_ratio=rougher)
+    width = "hysteresis_width_arcmin"
+    other = {**PARAMETERS, "mu": PARAMETERS["mu"] * math.exp(rougher)}
+    there = float(figure(FigureRequest(width), other, OPERATION)[0])
+    low, high = sorted([base(width), there])
+    assert low < whole(width, uneven) < high

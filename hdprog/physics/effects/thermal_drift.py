@@ -54,7 +54,8 @@ class ThermalDrift(Effect):
 
 def warming(course: Course, constant: FloatArray) -> FloatArray:
     """ϑ along the course, (draws, samples) or (1, samples)."""
-    temperature = course.temperature
-    if temperature is not None and np.ptp(temperature) > _TELLING:
-        return np.asarray((temperature - temperature.min()) / np.ptp(temperature))[None, :]
-    return np.asarray(np.expm1(-course.clock / constant) / np.expm1(-1 / constant))
+    temperature, coldest, gained = course.temperature, course.scales.coldest, course.scales.warming
+    if temperature is None or coldest is None or gained is None or gained <= _TELLING:
+        return np.asarray(np.expm1(-course.clock / constant) / np.expm1(-1 / constant))
+    # By the record's own scale, whichever of its readings or their averages are asked for.
+    return np.asarray((temperature - coldest) / gained)[None, :]
