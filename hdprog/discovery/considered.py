@@ -13,14 +13,14 @@ from hdprog.physics.effects import BY_ID
 _WEIGHED = 3  # of the best, by held-out data
 
 
-def considered(traced: Traced, held_before: HeldOut, weigh: bool) -> tuple[ConsideredEffect, ...]:
+def considered(traced: Traced, held_before: HeldOut, alone: bool) -> tuple[ConsideredEffect, ...]:
     """What was looked at and not added, best first, then what the record cannot show.
 
     Parameters
     ----------
     traced : what the search found
     held_before : what held-out data say of the drive model alone
-    weigh : whether they weigh the best of the candidates, too
+    alone : whether the record was searched by itself; held-out data then weigh the best, too
     """
     first = traced.steps[0]
     gains, each = first.gains, [step.gains for step in traced.steps]
@@ -29,10 +29,11 @@ def considered(traced: Traced, held_before: HeldOut, weigh: bool) -> tuple[Consi
         if name in traced.final.ids:
             continue
         gain, error = None, None
-        if weigh and rank < _WEIGHED and gains[name] > 0:
+        if alone and rank < _WEIGHED and gains[name] > 0:
             held = held_out(traced.prepared, first.models[name])
             gain, error = elpd_difference(held, held_before)
-        why = why_not(name, each, traced.mechanisms.ids, traced.final.ids)
+        curve = traced.final.term is not None
+        why = why_not(name, each, traced.mechanisms.ids, traced.final.ids, curve, decided=alone)
         looked_at.append(ConsideredEffect(name, BY_ID[name].words, gains[name], gain, error, why))
     lacking = [
         ConsideredEffect(
@@ -53,6 +54,9 @@ def why_not(
     gains: Sequence[Mapping[str, float]],
     mechanisms: Collection[str],
     final: Collection[str],
+    curve: bool,
+    *,
+    decided: bool,
 ) -> str:
     """Why an effect was not added.
 
@@ -61,6 +65,8 @@ def why_not(
     name : its id
     gains : of log evidence by id, one mapping a forward step
     mechanisms, final : ids that the search took, and that were left in the end
+    curve : whether an empirical term was added
+    decided : whether the search went by these gains, and not by those of all tests together
     """
     gain = gains[0][name]
     if gain < THRESHOLD:
@@ -79,11 +85,15 @@ def why_not(
                 f"log Bayes factor {_told(gain)} where {best:.1f} was reached; beside {beside} it "
                 f"gains nothing more ({_told(last)})"
             )
-        return (
-            f"log Bayes factor {_told(last)} beside {beside}, but it would carry too little of the "
-            "error"
-        )
-    return f"log Bayes factor {_told(gain)}, less than an empirical term gains"
+        too_little = "it would carry too little of the error"
+        if not decided:
+            too_little = f"over all tests it gains too little, or {too_little}"
+        return f"log Bayes factor {_told(last)} beside {beside}, but {too_little}"
+    if not decided:
+        return f"log Bayes factor {_told(gain)} on this test, too little over all tests"
+    if curve:
+        return f"log Bayes factor {_told(gain)}, less than an empirical term gains"
+    return f"log Bayes factor {_told(gain)}, and not kept in the end"
 
 
 def _told(gain: float) -> str:

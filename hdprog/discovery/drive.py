@@ -185,7 +185,12 @@ def _considered(
     }
     looked_at = [
         ConsideredEffect(
-            name, seen[name].words, gain, None, None, why_not(name, gains, taken, left)
+            name,
+            seen[name].words,
+            gain,
+            None,
+            None,
+            why_not(name, gains, taken, left, UNKNOWN in found, decided=True),
         )
         for name, gain in sorted(gains[0].items(), key=lambda item: (-item[1], item[0]))
         if name in seen

@@ -20,7 +20,7 @@ from hdprog.inference.prepare import Prepared
 from hdprog.inference.summarise import by_level, figure_requests
 from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
 from hdprog.physics.coordinates import coordinates
-from hdprog.physics.parameters import NAMES
+from hdprog.physics.parameters import NAMES, FloatArray
 
 # The drive model alone where it misfits: it shows the shift, and many hardly ever mix well.
 _BESIDE = replace(
@@ -94,7 +94,7 @@ def explain(
         service_hours=service_hours,
         verdict=verdict_of(final),
         noise_floor_rad=prepared.noise_floor,
-        repeatability_rad=repeatability(prepared.record_course, prepared.loop.angle),
+        repeatability_rad=repeatability(prepared.record_course, _kept_angle(prepared)),
         outlier_fraction=after.outlier_fraction,
         before=error_figures(prepared, before.record_residual, held_before),
         after=error_figures(prepared, after.record_residual, held_after),
@@ -112,6 +112,12 @@ def explain(
         warnings=warnings,
     )
     return Closed(explanation, before, after)
+
+
+def _kept_angle(prepared: Prepared) -> FloatArray:
+    """(samples,) angle with straight lines drawn through the readings that were set aside."""
+    at = np.arange(prepared.kept.size)
+    return np.asarray(np.interp(at, at[prepared.kept], prepared.loop.angle[prepared.kept]))
 
 
 def verdict_of(final: Model) -> Verdict:

@@ -84,7 +84,8 @@ def forward_steps(
     ]
     found = over(refits_again, begun, again, [rngs[at] for at in to_do], within)
     for at, look, better in zip(to_do, looks, found, strict=True):
-        steps[at] = replace(look, models={**look.models, **better})
+        # The caller's own model: what comes back from another process is a copy of it.
+        steps[at] = replace(look, before=models[at], models={**look.models, **better})
     return [step for step in steps if step is not None]
 
 

@@ -13,6 +13,7 @@ from hdprog.discovery.model import Model
 from hdprog.discovery.pooling import share
 from hdprog.discovery.search import Traced
 from hdprog.discovery.separating import indistinguishable, separating_test
+from hdprog.discovery.unknown import TermGain, with_term
 from hdprog.explanation import UNKNOWN, FoundEffect
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.summarise import by_level
@@ -48,13 +49,22 @@ def found_effects(
     for effect in final.likelihood.effects:
         fewer, held_fewer = traced.base, held_before
         if final.ids != (effect.id,) or final.term is not None:
-            fewer = without(final, effect.id, rng)
+            fewer = _without(final, effect.id, rng)
             held_fewer = held_out(traced.prepared, fewer)
         elpd = elpd_difference(held_after, held_fewer)
         found.append(_mechanism(traced, effect, fewer, after, elpd))
     if final.term is not None:
         found.append(_unknown(traced, held_after))
     return tuple(sorted(found, key=lambda one: (one.id == UNKNOWN, -one.share)))
+
+
+def _without(final: Model, removed: str, rng: np.random.Generator) -> Model:
+    """The final model with an effect taken out, and the empirical term, if any, kept."""
+    fewer = without(final, removed, rng)
+    if final.term is None:
+        return fewer
+    beside_white = final.likelihood.noise.log_ratio is None
+    return with_term(fewer, TermGain(final.term.coordinate, 0.0, beside_white), rng)
 
 
 def _mechanism(

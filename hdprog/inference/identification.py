@@ -44,7 +44,7 @@ def identification(posterior: Posterior) -> Identification:
     stiffness = combined_stiffness(parameters)
     spread = float(np.log(stiffness).std())
     parts = min(float(np.log(parameters[name]).std()) for name in ("K_F", "b"))
-    largest = float(np.max(np.abs(posterior.loop.torque)))
+    largest = posterior.record_course.scales.torque
     prior = prior_points(posterior.prior)
     return Identification(
         largest_torque=largest,

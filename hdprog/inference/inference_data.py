@@ -88,7 +88,7 @@ def inference_data(
         observed_data=dataset(
             {
                 "angle": (block, reduced.angle, {"units": "rad"}),
-                "noise_sd": (block, posterior.likelihood.noise.sd, {"units": "rad"}),
+                "noise_sd": (block, posterior.likelihood.noise.scatter, {"units": "rad"}),
             }
         ),
         constant_data=dataset(
@@ -128,6 +128,7 @@ def _predicted(
 ) -> NDArray[np.float32]:
     """Predictive draws by block, (ensemble, walker, step, block) in rad."""
     fitted = likelihood.angle(chains.reshape(-1, chains.shape[-1])) + offset.reshape(-1, 1)
-    noise = likelihood.noise.sd * scale.reshape(-1, 1)
+    fitted = fitted + likelihood.noise.smooth_part(likelihood.reduced.angle - fitted)
+    noise = likelihood.noise.scatter * scale.reshape(-1, 1)
     found = fitted + noise * rng.standard_normal(fitted.shape)
     return found.reshape(*chains.shape[:3], -1).astype(np.float32)

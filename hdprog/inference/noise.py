@@ -108,6 +108,11 @@ class NoiseModel:
         return np.asarray(colouring.T @ colouring)
 
     @property
+    def scatter(self) -> FloatArray:
+        """(blocks,) sd of each block for s = 1 about the angle with the empirical term, in rad."""
+        return np.asarray(np.sqrt(self.sd**2 - np.sum(self.block_features**2, axis=1)))
+
+    @property
     def as_white(self) -> NoiseModel:
         """The part that is independent from block to block."""
         return NoiseModel.white(self.white_sd)

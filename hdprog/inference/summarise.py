@@ -63,7 +63,7 @@ def loop_fit(posterior: Posterior) -> LoopFit:
         low=low,
         high=high,
         residual=reduced.angle - fitted,
-        noise=scale * posterior.likelihood.noise.sd,
+        noise=scale * posterior.likelihood.noise.scatter,
         position=reduced.position,
     )
 
@@ -110,7 +110,7 @@ def summarise(
         },
         effects=posterior.effects,
         fit=fit,
-        rmse_rad=float(np.sqrt(np.mean(posterior.record_residual**2))),
+        rmse_rad=float(np.sqrt(np.mean(posterior.record_residual[posterior.kept] ** 2))),
         noise_floor_rad=posterior.noise_floor,
         outlier_fraction=posterior.outlier_fraction,
         residual_correlation=float(np.corrcoef(standard[:-1], standard[1:])[0, 1]),

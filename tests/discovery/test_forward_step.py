@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+import pickle
+from collections.abc import Callable, Iterable
 from types import SimpleNamespace
 from typing import Any, cast
 
-from hdprog.discovery.forward_step import Step, _promising
+import numpy as np
+
+from hdprog.data.loop import Loop
+from hdprog.discovery.forward_step import Step, _promising, forward_steps
+from hdprog.discovery.search import base_model
+from hdprog.inference.prepare import prepare
+from hdprog.physics.drive_model import predict
+from hdprog.physics.effects import BY_ID
+from tests.discovery.test_unknown import DRIVE, PRIOR, TIME, TORQUE
+from tests.physics.table2 import POST_TEST
 
 
 def look(gains: dict[str, float], free: float) -> Step:
@@ -42,3 +53,18 @@ def test_one_record_looks_at_the_best_four() -> None:
 
 def test_where_nothing_is_nothing_is_looked_at() -> None:
     assert _promising([look({"creep": 1.0}, -3.0)] * 3) == [[], [], []]
+
+
+def test_models_keep_their_identity_through_other_processes() -> None:
+    """What comes back from a worker is a copy; the step is about the caller's own model."""
+    rng = np.random.default_rng(1)
+    loop = Loop(TORQUE, predict(TORQUE, POST_TEST) + 1e-5 * rng.standard_normal(TORQUE.size), TIME)
+    model = base_model(prepare(loop, DRIVE, rng, prior=PRIOR), rng)
+
+    def copied(function: Callable[..., Any], *arguments: Iterable[Any]) -> list[Any]:
+        return [
+            pickle.loads(pickle.dumps(function(*each))) for each in zip(*arguments, strict=False)
+        ]
+
+    (step,) = forward_steps([model], [[BY_ID["backlash"]]], [], [rng], copied, None)
+    assert step.before is model

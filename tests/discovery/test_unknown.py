@@ -10,7 +10,9 @@ from scipy import linalg, optimize, stats
 
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
+from hdprog.discovery.candidates import refits, without
 from hdprog.discovery.empirical import with_unknown
+from hdprog.discovery.found import _without as without_effect
 from hdprog.discovery.model import Model
 from hdprog.discovery.pooling import THRESHOLD
 from hdprog.discovery.search import base_model
@@ -20,6 +22,7 @@ from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.smooth_term import LENGTHS, basis_of, spectrum
 from hdprog.inference.starting_points import descend_all
 from hdprog.physics.drive_model import predict
+from hdprog.physics.effects import BY_ID
 from hdprog.physics.parameters import FloatArray
 from tests.physics.table2 import POST_TEST
 
@@ -185,3 +188,19 @@ def test_the_evidence_is_the_density_of_the_data(ratio: float) -> None:
     assert found[0] - 30 * np.log(2 * np.pi) == pytest.approx(dense(variance[0]), abs=1e-6)
     # No other noise is likelier.
     assert dense(variance[0]) > max(dense(0.98 * variance[0]), dense(1.02 * variance[0]))
+
+
+def test_what_a_mechanism_gains_beside_a_curve_is_not_the_curve_again() -> None:
+    model = modelled(CURVES["torque"] + 1e-4 * (TIME > 40.0), 5)
+    rng = np.random.default_rng(5)
+    jumping = refits(model, [BY_ID["slip_jump"]])["slip_jump"]
+    final = with_term(jumping, term_gains(jumping)["torque"], rng)
+    fewer = without_effect(final, "slip_jump", rng)
+    assert fewer.ids == ()
+    assert fewer.term is not None
+    assert fewer.term.coordinate == "torque"
+    neither = without(final, "slip_jump", rng)
+    curve = final.log_evidence - jumping.log_evidence
+    told = final.log_evidence - fewer.log_evidence
+    assert curve > 10.0
+    assert 10.0 < told < final.log_evidence - neither.log_evidence - 15.0

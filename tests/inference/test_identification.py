@@ -17,6 +17,7 @@ from hdprog.inference.identification import (
     prior_points,
 )
 from hdprog.inference.posterior import Posterior
+from hdprog.inference.prepare import scales_of
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.summarise import figure_requests, summarise
 from hdprog.inference.until_converged import QUICK
@@ -106,3 +107,17 @@ def test_a_worn_drive_loaded_past_its_preload_torque_leaves_nothing_to_the_prior
     assert result.identification.beyond_record < 0.01
     assert {found.diagnosis for found in result.sensitivity.values()} == {"record"}
     assert weak_words(result) == []
+
+
+def test_one_wrong_reading_says_nothing_of_the_record() -> None:
+    """Neither of its error, nor of its largest torque, nor where a generic prior lies."""
+    clean = loop_to(70.0, POST_TEST)
+    torque, angle = clean.torque.copy(), clean.angle.copy()
+    torque[200], angle[320] = 600.0, 0.05
+    spoilt = replace(clean, torque=torque, angle=angle)
+    found, wanted = scales_of(spoilt), scales_of(clean)
+    assert found.largest_torque == pytest.approx(wanted.largest_torque)
+    assert found.secant_stiffness == pytest.approx(wanted.secant_stiffness, rel=1e-3)
+    posterior = fitted(spoilt)
+    assert identification(posterior).largest_torque == pytest.approx(70.0)
+    assert summary(posterior).rmse_rad < 1.3 * posterior.noise_floor

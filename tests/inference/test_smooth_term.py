@@ -163,3 +163,10 @@ def test_the_smooth_part_is_the_conditional_mean() -> None:
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-10)
     assert noise.as_white.smooth_part(residual).tolist() == [0.0] * len(LOOP)
     np.testing.assert_array_equal(noise.as_white.sd, sd)
+
+
+def test_the_noise_about_a_fitted_curve_is_without_the_curve() -> None:
+    noise = NoiseModel.white(np.full(len(LOOP), 1e-5))
+    wider = noise.with_term(term("torque", 0.1, 4e-4), COURSE)
+    assert wider.sd.min() > 1e-4
+    np.testing.assert_allclose(wider.scatter, noise.sd, rtol=1e-6)

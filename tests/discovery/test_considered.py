@@ -1,0 +1,43 @@
+"""Why an effect was not added: what is said has to be what was decided by."""
+
+from __future__ import annotations
+
+import pytest
+
+from hdprog.discovery.considered import why_not
+
+
+@pytest.mark.parametrize(
+    ("gains", "final", "curve", "decided", "said"),
+    [
+        ([{"creep": 2.0}], (), False, True, "no evidence: log Bayes factor 2.0"),
+        ([{"creep": 5.5}], (), True, True, "5.5, less than an empirical term gains"),
+        ([{"creep": 5.5}], (), False, False, "5.5 on this test, too little over all tests"),
+        ([{"creep": 5.5}], (), True, False, "5.5 on this test, too little over all tests"),
+        (
+            [{"creep": 9.0, "backlash": 30.0}, {"creep": 6.0}],
+            ("backlash",),
+            False,
+            True,
+            "6.0 beside backlash, but it would carry too little of the error",
+        ),
+        (
+            [{"creep": 9.0, "backlash": 30.0}, {"creep": 6.0}],
+            ("backlash",),
+            False,
+            False,
+            "but over all tests it gains too little, or it would carry too little of the error",
+        ),
+        (
+            [{"creep": 9.0, "backlash": 30.0}, {"creep": 0.5}],
+            ("backlash",),
+            False,
+            True,
+            "9.0 where 30.0 was reached; beside backlash it gains nothing more (0.5)",
+        ),
+    ],
+)
+def test_reasons(
+    gains: list[dict[str, float]], final: tuple[str, ...], curve: bool, decided: bool, said: str
+) -> None:
+    assert said in why_not("creep", gains, (), final, curve, decided=decided)
