@@ -152,6 +152,8 @@ def _crossing_places(
             places[key] = None
             continue
         hours, probability = found.crossing_probability.T
+        # Limits that are truly passed by now have no place: the others' is among what is to come.
+        probability = (probability - probability[0]) / (1.0 - probability[0])
         place = probability_integral_transform(
             hours, probability, drawn.crossings[at], rng.uniform()
         )
