@@ -110,8 +110,8 @@ def next_test_hours(result: DriveResult) -> float | None:
     """When the next test is due at the latest: half-way from now to the inspection.
 
     Without an inspection before the horizon: after as long again as the longest time between
-    two tests so far, and with one test only half-way to the horizon. None where the inspection
-    is due now or in a couple of hours, or nothing was forecast.
+    two tests so far, and where that is no time, half-way to the horizon. None where the
+    inspection is due now or in a couple of hours, or nothing was forecast.
     """
     forecast = overall(result.forecasts)
     if forecast is None or forecast.already_crossed or due_now(forecast):
@@ -120,9 +120,10 @@ def next_test_hours(result: DriveResult) -> float | None:
     if forecast.inspect_before_hours is not None:
         ahead = (forecast.inspect_before_hours - now) / 2.0
         return now + ahead if ahead > AT_ONCE else None
-    hours = sorted({t.service_hours for t in result.tests if t.service_hours is not None})
-    if len(hours) > 1:
-        return min(now + float(np.diff(hours).max()), forecast.horizon_hours)
+    hours = sorted(t.service_hours for t in result.tests if t.service_hours is not None)
+    longest = float(np.diff(hours).max(initial=0.0))
+    if longest > AT_ONCE:
+        return min(now + longest, forecast.horizon_hours)
     return now + (forecast.horizon_hours - now) / 2.0
 
 

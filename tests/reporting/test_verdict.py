@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hdprog.config import Limit
+from hdprog.reporting import outlook
 from hdprog.reporting.present import probability_bounds
 from hdprog.reporting.verdict import Verdict, verdict
 from hdprog.results import DriveResult, NotReproduced
@@ -271,3 +272,14 @@ def test_a_risk_that_rounds_to_the_accepted_one_is_told_from_it() -> None:
         drives.wearing(), 1460.0, 2280.0, 1310.0, probability_crossed_by_shutdown=0.0537
     )
     assert "is 5.4 %, above the accepted 5 %" in words(result)[1][1]
+
+
+def test_two_tests_within_the_hour_do_not_ask_for_the_next_one_at_once() -> None:
+    result = drives.healthy()
+    now = result.forecasts[0].now_hours
+    pair = [
+        replace(test, service_hours=now - ago)
+        for test, ago in zip(result.tests[-2:], (0.5, 0.0), strict=True)
+    ]
+    at = outlook.next_test_hours(replace(result, tests=tuple(pair)))
+    assert at == pytest.approx((now + result.forecasts[0].horizon_hours) / 2.0)
