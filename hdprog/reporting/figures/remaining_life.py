@@ -23,7 +23,7 @@ from hdprog.reporting.style import (
     new_figure,
     picture,
 )
-from hdprog.reporting.words import capital
+from hdprog.reporting.words import capital, listed
 from hdprog.results import Forecast
 
 _WORTH_SAYING = 0.05  # of what lies outside of the picture
@@ -68,9 +68,11 @@ def remaining_life(forecasts: Sequence[Forecast], shutdown_hours: float | None) 
         shows=(
             "Above: where the hour of passing "
             + ("the first of the limits" if main.limit is None else "the limit")
-            + " lies, if nothing is done; the darker part holds 90 %, the marks are 5, 50 and"
-            " 95 %. Below: the probability that it has been passed by a service hour; points mark"
-            " the same three." + (" Broken lines are the single limits." if len(single) > 1 else "")
+            + " lies, if nothing is done; the darker part holds 90 %, the marks are "
+            + listed(f"{100 * level:.0f}" for level in _marked(main))
+            + " %. Below: the probability that it has been passed by a service hour; points mark"
+            " the same levels."
+            + (" Broken lines are the single limits." if len(single) > 1 else "")
         ),
         good="the line stays below the accepted risk until well past the next shutdown.",
         bad="it is above the accepted risk at the next shutdown, or starts above it at now.",
@@ -81,6 +83,11 @@ def remaining_life(forecasts: Sequence[Forecast], shutdown_hours: float | None) 
         ),
         data=_data(main, single),
     )
+
+
+def _marked(main: Forecast) -> list[float]:
+    """Levels that are reached after now."""
+    return [level for level in (0.05, 0.50, 0.95) if level > outlook.risk_now(main)]
 
 
 def _draw_density(axes: Axes, main: Forecast, end: float) -> None:
@@ -101,9 +108,9 @@ def _draw_density(axes: Axes, main: Forecast, end: float) -> None:
     axes.plot(at, density, color=FIT, linewidth=1.6)
     top = 1.3 * float(density.max()) or 1.0
     axes.set_ylim(0.0, top)
-    for level in (0.05, 0.50, 0.95):
+    for level in _marked(main):
         hour = crossing.get(level)
-        if hour is None or hour > end or level <= outlook.risk_now(main):
+        if hour is None or hour > end:
             continue
         height = float(np.interp(hour, at, density))
         axes.plot([hour, hour], [0.0, height], color=INK, linewidth=1.3)
@@ -120,7 +127,7 @@ def _draw_density(axes: Axes, main: Forecast, end: float) -> None:
     already = outlook.risk_now(main)
     if already > _WORTH_SAYING:
         axes.text(
-            0.005,
+            0.028,
             0.92,
             f"passed already: {percent(already)}",
             transform=axes.transAxes,
@@ -186,9 +193,9 @@ def _draw_curves(axes: Axes, main: Forecast, single: Sequence[Forecast]) -> None
 
 def _mark_levels(axes: Axes, main: Forecast, end: float) -> None:
     crossing, spread = outlook.crossing_hours(main), outlook.spread(main)
-    for level in (0.05, 0.50, 0.95):
+    for level in _marked(main):
         at = crossing.get(level)
-        if at is None or at > end or level <= outlook.risk_now(main):
+        if at is None or at > end:
             continue
         axes.plot([at], [level], "o", color=FIT, markersize=6, markeredgecolor="white", zorder=4)
         if level < 0.1:
