@@ -20,7 +20,10 @@ from hdprog.physics.parameters import FloatArray
 from hdprog.physics.torque_path import TorquePath
 
 MAX_BLOCKS = 300
-_ENOUGH_BLOCKS = (400, 600)  # at least, at most
+MOST_BLOCKS = 600
+"""Blocks that a record of many readings has at most."""
+_LEAST_BLOCKS = 400
+_LEAST_A_STRETCH = 14
 _BLOCKS_A_STRETCH = 75  # a stretch has its own corners to resolve
 FINE = 24
 """Points of a block along which a model's bend inside it is averaged."""
@@ -159,10 +162,17 @@ def _block_starts(
     return np.unique(np.concatenate(starts))
 
 
+def fewest_blocks(turning_points: NDArray[np.intp]) -> int:
+    """Blocks with which a model can be told from others, for a record that turns there.
+
+    With a few blocks a stretch the bend inside them, known to second order, leads to other models.
+    """
+    return min(max(MAX_BLOCKS, _LEAST_A_STRETCH * (turning_points.size - 1)), MOST_BLOCKS)
+
+
 def enough_blocks(turning_points: NDArray[np.intp]) -> int:
     """Blocks that give the posterior of the readings, for a record that turns at these indices."""
-    least, most = _ENOUGH_BLOCKS
-    return min(max(least, _BLOCKS_A_STRETCH * (turning_points.size - 1)), most)
+    return min(max(_LEAST_BLOCKS, _BLOCKS_A_STRETCH * (turning_points.size - 1)), MOST_BLOCKS)
 
 
 def reduce_loop(

@@ -9,9 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdprog.config import Drive
+from hdprog.data.first_stretches import first_stretches
 from hdprog.data.gross_errors import levelled
 from hdprog.data.loop import Loop
-from hdprog.data.reduce import MAX_BLOCKS, ReducedLoop, enough_blocks, reduce_loop, whole_course
+from hdprog.data.reduce import (
+    ReducedLoop,
+    enough_blocks,
+    fewest_blocks,
+    reduce_loop,
+    whole_course,
+)
 from hdprog.data.turning_points import turning_points
 from hdprog.inference.block_detail import bend, detail
 from hdprog.inference.likelihood import LoopLikelihood
@@ -89,6 +96,10 @@ def prepare(
         if the drive names a prior that does not exist
     """
     warnings = list(loop.warnings)
+    sound, _ = levelled(loop)
+    points = turning_points(sound.torque, time=sound.time)
+    loop, points, remark = first_stretches(loop, points)
+    warnings += [remark] if remark else []
     sound, wrong = levelled(loop)
     if prior is None:
         prior, remark = prior_of_drive(drive, RecordScales.of(sound.torque, sound.angle))
@@ -100,15 +111,15 @@ def prepare(
             f"The gear-tooth angle is not declared: {math.degrees(drive.alpha):.0f}° is assumed. "
             "K_W, mu, c and the preload depend on it; stiffness and hysteresis change by about 1 %."
         )
-    points = turning_points(sound.torque, time=sound.time)
     noise = reading_noise(sound, drive.noise)
     whole = whole_course(sound, points, noise[0])
-    reduced = reduce_loop(sound, points, noise[0], ~wrong, whole=whole)
+    blocks = fewest_blocks(points)
+    reduced = reduce_loop(sound, points, noise[0], ~wrong, blocks, whole)
     likelihood = _white(reduced, drive, prior, reduced.angle, noise)
     starts = starting_points(likelihood, rng)
     out = wrong | _spikes(likelihood, starts[0], sound, points, whole, noise)
     described = _misfit(likelihood, starts[0]) < _DESCRIBED
-    blocks = enough_blocks(points) if described else MAX_BLOCKS
+    blocks = enough_blocks(points) if described else blocks
     averaged = reduced.path.variance is not None
     wanted = detail(likelihood, starts[0]) if described and averaged else None
     for attempt in range(_ATTEMPTS):
