@@ -94,7 +94,9 @@ def explain(
         service_hours=service_hours,
         verdict=verdict_of(final),
         noise_floor_rad=prepared.noise_floor,
-        repeatability_rad=repeatability(prepared.record_course, _kept_angle(prepared)),
+        repeatability_rad=repeatability(
+            prepared.record_course, _kept_angle(prepared), prepared.noise_floor
+        ),
         outlier_fraction=after.outlier_fraction,
         before=error_figures(prepared, before.record_residual, held_before),
         after=error_figures(prepared, after.record_residual, held_after),

@@ -123,17 +123,21 @@ def _surrogates(residual: FloatArray, basis: FloatArray, rng: np.random.Generato
     return np.asarray(rows - (rows @ basis) @ basis.T)
 
 
-def repeatability(course: Course, angle: FloatArray) -> float | None:
-    """How far whole branches of one direction differ from each other.
+def repeatability(course: Course, angle: FloatArray, noise: float) -> float | None:
+    """How far readings of whole branches of one direction lie from the branches' mean.
+
+    That is what a fit of the mean branch would leave. Branches are compared by means of readings,
+    which have less noise than the readings have; the rest is added.
 
     Parameters
     ----------
     course : of the whole record
     angle : (samples,) in rad
+    noise : of a reading, in rad
 
     Returns
     -------
-    root mean square about the branches' mean in rad, or None where no whole branch repeats
+    root mean square in rad, or None where no whole branch repeats
     """
     path = course.path
     spans = course.spans
@@ -149,21 +153,31 @@ def repeatability(course: Course, angle: FloatArray) -> float | None:
         low = max(float(path.torque[branch].min()) for branch in branches)
         high = min(float(path.torque[branch].max()) for branch in branches)
         grid = np.linspace(low, high, 60)
-        curves = np.array([_smoothed(path.torque[one], angle[one], grid) for one in branches])
+        found = [_smoothed(path.torque[one], angle[one], grid) for one in branches]
+        curves, averaged_out = (
+            np.array([curve for curve, _ in found]),
+            [share for _, share in found],
+        )
+        freedom = (len(branches) - 1) * grid.size
         squares += float(np.sum((curves - curves.mean(axis=0)) ** 2))
-        degrees += (len(branches) - 1) * grid.size
+        squares += freedom * noise**2 * float(np.mean(averaged_out))
+        degrees += freedom
     return float(np.sqrt(squares / degrees)) if degrees else None
 
 
-def _smoothed(torque: FloatArray, angle: FloatArray, grid: FloatArray) -> FloatArray:
-    """Angle over a grid of torque: means of the readings near each point, else interpolated."""
+def _smoothed(torque: FloatArray, angle: FloatArray, grid: FloatArray) -> tuple[FloatArray, float]:
+    """Angle over a grid of torque, and the share of the noise's variance that it is free of.
+
+    Means of the readings near each point; interpolated where these are too few.
+    """
     order = np.argsort(torque, kind="stable")
     torque, angle = torque[order], angle[order]
     edges = np.concatenate([[-np.inf], 0.5 * (grid[1:] + grid[:-1]), [np.inf]])
     cells = np.searchsorted(edges, torque, side="right") - 1
     count = np.bincount(cells, minlength=grid.size)
     if count.min() < 3:
-        return np.asarray(np.interp(grid, torque, angle))
+        # A straight line between two readings keeps two thirds of their variance.
+        return np.asarray(np.interp(grid, torque, angle)), 1.0 / 3.0
     at = np.bincount(cells, weights=torque, minlength=grid.size) / count
     mean = np.bincount(cells, weights=angle, minlength=grid.size) / count
-    return np.asarray(np.interp(grid, at, mean))
+    return np.asarray(np.interp(grid, at, mean)), 1.0 - float(np.mean(1.0 / count))

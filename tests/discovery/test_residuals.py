@@ -122,10 +122,10 @@ def test_folds_are_contiguous_and_even() -> None:
     assert contiguous_folds(30, 30).tolist() == list(range(30))
 
 
-def cycles(count: int) -> tuple[Course, FloatArray]:
+def cycles(count: int, density: int = 40) -> tuple[Course, FloatArray]:
     """Whole cycles to ± 50 Nm, and which stretch each reading is on."""
     corners = np.array([0.0, *(count * [50.0, -50.0]), 0.0])
-    steps = np.linspace(0, corners.size - 1, 40 * (corners.size - 1) + 1)
+    steps = np.linspace(0, corners.size - 1, density * (corners.size - 1) + 1)
     torque = np.interp(steps, np.arange(corners.size), corners)
     course = record_course(Loop(torque, torque), TorquePath.exact(torque), 0.0)
     stretch = np.repeat(np.arange(course.path.starts.size), course.path.ends - course.path.starts)
@@ -139,30 +139,28 @@ def test_repeatability_is_the_scatter_of_the_branches() -> None:
     # Whole falling branches are stretches 1, 3, 5 and 7, whole rising ones 2, 4 and 6.
     falling, rising = shifts[1:8:2], shifts[2:8:2]
     squares = np.sum((falling - falling.mean()) ** 2) + np.sum((rising - rising.mean()) ** 2)
-    found = repeatability(course, torque / 1.5e4 + shifts[stretch])
+    found = repeatability(course, torque / 1.5e4 + shifts[stretch], 0.0)
     assert found == pytest.approx(np.sqrt(squares / 5), rel=1e-9)
 
 
 def test_a_record_that_repeats_exactly_and_one_that_does_not_repeat() -> None:
     course, _ = cycles(3)
     hysteresis = course.path.torque / 1.5e4 + 3e-5 * course.path.direction
-    assert repeatability(course, hysteresis) == pytest.approx(0.0, abs=1e-18)
+    assert repeatability(course, hysteresis, 0.0) == pytest.approx(0.0, abs=1e-18)
     once, _ = cycles(1)
-    assert repeatability(once, once.path.torque / 1.5e4) is None
+    assert repeatability(once, once.path.torque / 1.5e4, 0.0) is None
     # Small swings between are no whole branches.
     torque = np.concatenate(
         [np.linspace(0, 50, 41), np.linspace(49, 45, 15), np.linspace(46, 50, 15)]
     )
     minor = record_course(Loop(torque, torque), TorquePath.exact(torque), 0.0)
-    assert repeatability(minor, torque / 1.5e4) is None
+    assert repeatability(minor, torque / 1.5e4, 0.0) is None
 
 
-def test_repeatability_of_noise_is_its_size() -> None:
-    """Straight lines between readings keep two thirds of their variance.
-
-    12 % are 4 standard errors at ten degrees of freedom for each of 50 readings: 1e-4.
-    """
-    course, _ = cycles(6)
+@pytest.mark.parametrize("density", [40, 1200])
+def test_repeatability_of_noise_is_its_size(density: int) -> None:
+    """However densely the branches are read; 12 % are 4 standard errors at the least: 1e-4."""
+    course, _ = cycles(6, density)
     rng = np.random.default_rng(8)
     noisy = course.path.torque / 1.5e4 + 1e-5 * rng.standard_normal(course.path.torque.size)
-    assert repeatability(course, noisy) == pytest.approx(np.sqrt(2 / 3) * 1e-5, rel=0.12)
+    assert repeatability(course, noisy, 1e-5) == pytest.approx(1e-5, rel=0.12)

@@ -115,7 +115,7 @@ def test_a_drive_is_pooled_over_its_tests() -> None:
     assert found["parameters_after"] == found["per_test"][-1]["parameters_after"]
 
 
-def test_the_share_is_the_mean_and_the_p_value_is_corrected_for_the_tests() -> None:
+def test_the_share_is_the_mean_and_the_p_values_are_joined() -> None:
     first, second = (
         explanations.record(carriers={"time": share}, test_id=name)
         for share, name in ((0.8, "t01"), (0.1, "t02"))
@@ -124,7 +124,7 @@ def test_the_share_is_the_mean_and_the_p_value_is_corrected_for_the_tests() -> N
     found = written(explanations.of_drive(drive))
     (carrier,) = found["carried_by"]
     assert carrier["fraction"] == pytest.approx(0.45)
-    assert carrier["p_value"] == pytest.approx(2e-5)
+    assert carrier["p_value"] == pytest.approx(2e-5, rel=1e-3)
     weak = replace(drive, tests=(replace(second, test_id="t01"), second, second, second))
     assert written(explanations.of_drive(weak))["carried_by"][0]["p_value"] == 1.0
 

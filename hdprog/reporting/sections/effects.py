@@ -165,7 +165,7 @@ def _carriers(found: Explanation | DriveExplanation) -> Part | None:
             f"The residual of the drive model alone goes with {coordinate(most.coordinate).name} "
             f"more than with anything else, which carries {_share(most.fraction)} of it."
         )
-    over = " Over all tests: mean share, smallest p-value times the number of tests."
+    over = " Over all tests: mean share, and their p-values joined."
     return Part(
         "What the residual goes with",
         (said + (over if isinstance(found, DriveExplanation) else ""),),
