@@ -126,7 +126,7 @@ def test_the_share_is_the_mean_and_the_p_values_are_joined() -> None:
     assert carrier["fraction"] == pytest.approx(0.45)
     assert carrier["p_value"] == pytest.approx(2e-5, rel=1e-3)
     weak = replace(drive, tests=(replace(second, test_id="t01"), second, second, second))
-    assert written(explanations.of_drive(weak))["carried_by"][0]["p_value"] == 1.0
+    assert written(explanations.of_drive(weak))["carried_by"][0]["p_value"] > 0.3
 
 
 def test_what_is_not_a_number_is_null() -> None:
