@@ -199,6 +199,18 @@ def remaining_words(levels: Mapping[float, float | None]) -> str:
     return f"{without_unit(early)} to {late}"
 
 
+def moved_words(
+    old: Mapping[float, float | None], new: Mapping[float, float | None], effects: str, them: str
+) -> str | None:
+    """Say what effects, and with what pronoun, did to the hours left; None where none are left."""
+    before, after = remaining_words(old), remaining_words(new)
+    if old.get(0.95) == new.get(0.95) == 0.0:
+        return None
+    if before == after:
+        return f"Remaining life (90 %) is {after}, with {effects} and without."
+    return f"Remaining life (90 %) moves from {before} without {effects} to {after} with {them}."
+
+
 def carriers(explanation: Explanation | DriveExplanation) -> tuple[Carrier, ...]:
     """Carriers of the residual, of a drive pooled over its tests."""
     if isinstance(explanation, DriveExplanation):
@@ -227,9 +239,8 @@ def traced_sentences(explanation: Explanation | DriveExplanation) -> list[str]:
         )
     if isinstance(explanation, DriveExplanation):
         old, new = explanation.remaining_hours_before, explanation.remaining_hours_after
-        if old is not None and new is not None:
-            said.append(
-                f"Remaining life (90 %) moves from {remaining_words(old)} without to "
-                f"{remaining_words(new)} with {agree(len(explanation.effects), 'it', 'them')}."
-            )
+        them = agree(len(explanation.effects), "it", "them")
+        moved = None if old is None or new is None else moved_words(old, new, them, them)
+        if moved is not None:
+            said.append(moved)
     return said

@@ -4,14 +4,65 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hdprog.reporting.words import figure_interval, listed, quantity, with_unit
-from hdprog.results import NotReproduced, TestResult, TrendSummary
+import numpy as np
+
+from hdprog.reporting.words import agree, figure_interval, listed, quantity, with_unit
+from hdprog.results import LEVELS, FigureTrend, NotReproduced, TestResult, TrendSummary
+
+_MEDIAN = LEVELS.index(0.50)
+_REMOUNTED = 0.1  # of a figure: what remounting moves it by is a few hundredths
 
 
 def trend_warnings(trend: TrendSummary, tests: Sequence[TestResult]) -> list[str]:
     """All warnings of a trend over these tests, by service hours."""
     names = [test.test_id for test in tests]
-    return [*trend.warnings, *(_not_reproduced(one, names) for one in trend.not_reproduced)]
+    found = [*trend.warnings, *(_not_reproduced(one, names) for one in trend.not_reproduced)]
+    for key, course in trend.figures.items():
+        off = off_course(course)
+        if off:
+            found.append(_off_course(key, course, off, names))
+    return [*found, *_regreased(tests)]
+
+
+def off_course(course: FigureTrend) -> list[int]:
+    """The tests that lie apart from the course by more than remounting moves a figure.
+
+    Their 90 % intervals do not meet the course's, and their medians are a tenth of it away.
+    """
+    at = [np.interp(course.test_hours, course.hours, row) for row in course.quantiles]
+    own = course.test_quantiles
+    apart = (own[0] > at[-1]) | (own[-1] < at[0])
+    far = np.abs(own[_MEDIAN] - at[_MEDIAN]) > _REMOUNTED * np.abs(at[_MEDIAN])
+    return [int(test) for test in np.flatnonzero(apart & far)]
+
+
+def _off_course(key: str, course: FigureTrend, off: Sequence[int], names: Sequence[str]) -> str:
+    figure = quantity(key)
+    at = np.array([np.interp(course.test_hours, course.hours, row) for row in course.quantiles])
+    gap = np.abs(course.test_quantiles[_MEDIAN] - at[_MEDIAN])
+    worst = max(off, key=lambda test: gap[test])
+    ends = [
+        figure_interval(key, *(float(rows[level, worst]) for level in (0, _MEDIAN, -1)))
+        for rows in (at, course.test_quantiles)
+    ]
+    return (
+        f"The course of the {figure.name} passes by {agree(len(off), 'test', 'tests')} "
+        f"{listed([names[test] for test in off])}: at {names[worst]} it has {ends[0][0]} to "
+        f"{with_unit(ends[0][2], figure.unit)} (90 %), and the test by itself {ends[1][0]} to "
+        f"{with_unit(ends[1][2], figure.unit)}. Something came at once, or is no wear: do not "
+        f"rely on the forecast of {figure.name}."
+    )
+
+
+def _regreased(tests: Sequence[TestResult]) -> list[str]:
+    """Say what was done to the drive and what that leaves as it is."""
+    found = [test.test_id for test in tests[1:] if test.event == "regreased"]
+    if not found:
+        return []
+    return [
+        f"The drive was regreased before {agree(len(found), 'test', 'tests')} {listed(found)}: "
+        "friction starts anew there, and wear goes on."
+    ]
 
 
 def _not_reproduced(one: NotReproduced, names: Sequence[str]) -> str:

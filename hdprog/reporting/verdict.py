@@ -21,6 +21,7 @@ from hdprog.reporting.rounding import (
     share,
     without_unit,
 )
+from hdprog.reporting.trend_words import off_course
 from hdprog.reporting.words import (
     agree,
     capital,
@@ -279,5 +280,6 @@ def _missed(result: DriveResult) -> list[str]:
     if result.trend is None:
         return []
     limited, last = {limit.key for limit in result.drive.limits}, len(result.tests) - 1
-    missed = result.trend.not_reproduced
-    return [one.key for one in missed if one.key in limited and last in one.tests]
+    missed = [one.key for one in result.trend.not_reproduced if last in one.tests]
+    missed += [key for key, course in result.trend.figures.items() if last in off_course(course)]
+    return [key for key in dict.fromkeys(missed) if key in limited]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hdprog.reporting.build import build_report
-from hdprog.reporting.effect_words import place_of_unknown
+from hdprog.reporting.effect_words import moved_words, place_of_unknown
 from hdprog.reporting.figures.unknown_course import unknown_course
 from hdprog.reporting.sections.warnings import warnings
 from hdprog.reporting.style import house_style
@@ -264,7 +264,7 @@ def test_the_verdict_tells_what_was_added_and_what_it_moves() -> None:
         "The residual of the drive model follows torque; with backlash the error goes "
         "9.5 → 7.1 µrad on the data fitted and 10 → 7.4 µrad on data left out of the fit (noise "
         "floor 7.0 µrad).",
-        "Remaining life (90 %) moves from 1 200 to 1 900 h without to 1 420 h to later than the "
+        "Remaining life (90 %) moves from 1 200 to 1 900 h without it to 1 420 h to later than the "
         "horizon with it.",
     ]
     unknown = spaced(verdict(explanations.single(explanations.unexplained())).sentences[-1])
@@ -323,3 +323,12 @@ def test_each_pictured_test_adds_less_than_a_tenth_of_a_megabyte() -> None:
     added = len(build_report(result).encode()) - without
     # The rest of the section is worth one test more.
     assert added < 100_000 * (pictured + 1)
+
+
+def test_hours_left_are_not_said_to_move_where_they_do_not() -> None:
+    left = {0.05: 120.0, 0.5: 400.0, 0.95: 900.0}
+    told = moved_words(left, left, "it", "it")
+    assert told is not None
+    assert spaced(told).startswith("Remaining life (90 %) is 100 to 1 000 h, with it and without.")
+    none_left = dict.fromkeys((0.05, 0.5, 0.95), 0.0)
+    assert moved_words(none_left, none_left, "it", "it") is None

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from hdprog.config import ReportSettings
 from hdprog.reporting.reader_units import shown_in
-from hdprog.reporting.trend_words import trend_warnings
+from hdprog.reporting.trend_words import off_course, trend_warnings
 from hdprog.results import NotReproduced
 from tests.reporting.drives import wearing
 
@@ -41,3 +41,31 @@ def test_one_test_is_named_by_itself() -> None:
     assert result.trend is not None
     trend = replace(result.trend, not_reproduced=(replace(FOUND, tests=(1,)),))
     assert f"of test {result.tests[1].test_id}: for" in trend_warnings(trend, result.tests)[-1]
+
+
+def test_tests_that_the_course_passes_by_are_named() -> None:
+    """An effect that came at once: the course goes half-way between before and after."""
+    result = wearing(count=6)
+    assert result.trend is not None
+    (key,) = result.trend.figures
+    course = result.trend.figures[key]
+    moved = course.test_quantiles.copy()
+    moved[:, 2] *= 0.6
+    bent = replace(course, test_quantiles=moved)
+    trend = replace(result.trend, figures={key: bent})
+    assert off_course(course) == []
+    assert off_course(bent) == [2]
+    (said,) = [text for text in trend_warnings(trend, result.tests) if "passes by" in text]
+    assert "passes by test t03" in said
+    assert "do not rely on the forecast of lost motion" in said
+
+
+def test_regreasing_is_told() -> None:
+    result = wearing(count=4)
+    assert result.trend is not None
+    tests = [
+        replace(test, event="regreased" if at == 2 else None)
+        for at, test in enumerate(result.tests)
+    ]
+    (said,) = [text for text in trend_warnings(result.trend, tests) if "regreased" in text]
+    assert said.startswith("The drive was regreased before test t03: friction starts anew")

@@ -12,7 +12,7 @@ from hdprog.reporting.effect_words import (
     coordinate,
     effect_name,
     effect_words,
-    remaining_words,
+    moved_words,
 )
 from hdprog.reporting.error_words import errors, not_predicted
 from hdprog.reporting.figures.effect_over_hours import effect_over_hours
@@ -262,10 +262,12 @@ def _remaining(found: DriveExplanation) -> Part | None:
     before, after = found.remaining_hours_before, found.remaining_hours_after
     if table is None or before is None or after is None:
         return None
+    moved = moved_words(before, after, "the effects", "them")
+    if moved is None:
+        return None
     said = (
-        f"Remaining life (90 %) moves from {remaining_words(before)} without the effects to "
-        f"{remaining_words(after)} with them. The hours without them serve to compare: they "
-        "are reckoned more roughly, loops and trend not sampled together."
+        f"{moved} The hours without them serve to compare: they are reckoned more roughly, loops "
+        "and trend not sampled together."
     )
     return Part("What it did to the remaining life", (tidy(said),), (), (table,))
 
