@@ -11,7 +11,7 @@ from starlette.responses import RedirectResponse, Response
 
 from hdprog.errors import BadInputError
 from hdprog.store.drives import change_drive, content_of
-from hdprog.web.drive_form import content_of_form, fields_of
+from hdprog.web.drive_form import content_of_form, context_of, fields_of
 from hdprog.web.lookup import drive_named
 from hdprog.web.names import DriveName
 from hdprog.web.rendering import render
@@ -83,5 +83,5 @@ def _page(
     text: str,
     problems: list[str],
 ) -> Response:
-    context = {"name": name, "fields": fields, "text": text, "problems": problems}
+    context = context_of(fields) | {"name": name, "text": text, "problems": problems}
     return render(request, "drive_settings.html", context, 422 if problems else 200, who=who)
