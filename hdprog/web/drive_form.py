@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from hdprog.errors import BadInputError
+from hdprog.web.numbers import number_of
 
 _LIMIT_ROWS, _FIRST_ROWS = 6, 3  # those beyond the first unfold
 _LIMIT_FIELD = re.compile(r"limit(0|[1-9][0-9]{0,2})_quantity")
@@ -168,7 +169,7 @@ def _number(fields: Mapping[str, str], name: str, called: str) -> float | None:
     if not text:
         return None
     try:
-        return float(text.replace(",", "."))
+        return number_of(text, called)
     except ValueError:
         raise BadInputError(
             f"the text {text[:40]!r}", called, "a number, such as 63 or 9.77e-6", "Correct it."

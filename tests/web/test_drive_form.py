@@ -7,8 +7,10 @@ from typing import Any
 
 import pytest
 
+from hdprog.errors import BadInputError
 from hdprog.store.drives import content_of, find_drive
 from hdprog.web.drive_form import content_of_form, fields_of
+from hdprog.web.facts import read_facts
 from tests.web.conftest import ClientOf, service_in
 
 CONTENT = {
@@ -93,3 +95,19 @@ def test_what_a_form_does_not_send_stays() -> None:
     assert content_of_form(sent, FULL) == FULL
     emptied = content_of_form(sent | {"limit0_quantity": ""}, FULL)
     assert emptied["limits"] == FULL["limits"][1:]
+
+
+@pytest.mark.parametrize("text", ["12,500", "12,000", "1,234,567", "100,000"])
+def test_commas_between_thousands_are_asked_about(text: str) -> None:
+    plain = text.replace(",", "")
+    with pytest.raises(BadInputError, match=rf"such as {plain} or {plain}\.0"):
+        content_of_form(fields_of(CONTENT) | {"forecast_horizon_hours": text})
+    with pytest.raises(BadInputError, match=rf"such as {plain} or {plain}\.0"):
+        read_facts({"service_hours": text})
+
+
+@pytest.mark.parametrize(("text", "value"), [("63,5", 63.5), ("0,125", 0.125), ("12,5000", 12.5)])
+def test_a_comma_before_decimals_is_read(text: str, value: float) -> None:
+    said = content_of_form(fields_of(CONTENT) | {"rated_torque_Nm": text})
+    assert said["drive"]["rated_torque_Nm"] == value
+    assert read_facts({"service_hours": text}).service_hours == value
