@@ -25,7 +25,14 @@ from hdprog.store.store import Store
 from hdprog.store.tables import DriveRow, JobRow, SettingRow, TestRow, TokenRow
 from hdprog.store.tables.base import now
 from hdprog.store.tidy import tidy_up
-from hdprog.store.uploads import TestFacts, add_test, list_tests, readable_name, refresh_counts
+from hdprog.store.uploads import (
+    TestFacts,
+    add_test,
+    find_record,
+    list_tests,
+    readable_name,
+    refresh_counts,
+)
 
 _SECRET = "form secret"
 _LEAST_FREE = 1 << 30  # bytes of disk below which nothing more is taken in
@@ -123,6 +130,8 @@ class Service:
             row = find_drive(session, drive_name, alone=True)
             if row is None:
                 raise LookupError(drive_name)
+            known = find_record(session, row, digest)
+            counted = known is not None and known.state == "accepted"
             doubted = self._doubt(session, row, content, found)
             test, new = add_test(
                 session,
@@ -136,7 +145,7 @@ class Service:
                 accepted=accepted,
             )
             job = jobs.job_of_test(session, test)
-            if accepted and (job is None or new):
+            if accepted and (job is None or not counted):  # a job of before does not hold it
                 job = self.ask(session, actor, row, test)
             return Taken(test, job, new, doubted)
 

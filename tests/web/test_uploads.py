@@ -6,7 +6,11 @@ from pathlib import Path
 
 from starlette.testclient import TestClient
 
-from tests.web.conftest import ClientOf
+from hdprog.store import jobs
+from hdprog.store.audit import COMMAND_LINE
+from hdprog.store.drives import find_drive
+from hdprog.store.uploads import find_test, remove
+from tests.web.conftest import ClientOf, service_in
 from tests.web.server import csrf_of
 
 
@@ -42,3 +46,37 @@ def test_a_file_without_known_columns_leads_to_where_they_are_named(person: Clie
     )
     assert page.status_code == 422
     assert '<a href="/drives/columns/settings">' in page.text
+
+
+def test_a_removed_record_that_comes_again_is_analysed(program: ClientOf, loop_file: Path) -> None:
+    client = program("engineer")
+    assert client.post("/api/v1/drives", json={"drive": {"id": "back"}}).status_code == 201
+
+    def upload(hours: str) -> dict[str, object]:
+        answer = client.post(
+            "/api/v1/drives/back/tests",
+            files={"file": ("a.csv", loop_file.read_bytes())},
+            data={"service_hours": hours},
+        )
+        assert answer.status_code == 202
+        return answer.json()
+
+    first = upload("100")
+    store = service_in(client).store
+    with store.writing() as session:
+        test, drive = find_test(session, str(first["test_uid"])), find_drive(session, "back")
+        assert test is not None
+        assert drive is not None
+        remove(session, COMMAND_LINE, test)
+        drive.tests = 0
+        for job in jobs.jobs_of(session, drive):
+            job.state = "done"
+    again = upload("150")
+    assert again["new"] is False
+    assert again["job_id"] != first["job_id"]
+    assert client.get(f"/api/v1/jobs/{again['job_id']}").json()["state"] == "queued"
+    with store.reading() as session:
+        drive = find_drive(session, "back")
+        assert drive is not None
+        assert (drive.tests, drive.last_test_hours) == (1, 150.0)
+    assert upload("150")["job_id"] == again["job_id"]
