@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from starlette.testclient import TestClient
 
 from hdprog.store import jobs
@@ -80,3 +81,32 @@ def test_a_removed_record_that_comes_again_is_analysed(program: ClientOf, loop_f
         assert drive is not None
         assert (drive.tests, drive.last_test_hours) == (1, 150.0)
     assert upload("150")["job_id"] == again["job_id"]
+
+
+@pytest.mark.parametrize("said", [{"service_hours": "5"}, {"remove": "yes"}])
+def test_only_a_test_that_counts_is_changed_on_its_page(
+    program: ClientOf, person: ClientOf, loop_file: Path, said: dict[str, str]
+) -> None:
+    name = f"states-{next(iter(said))}"
+    made = program("engineer").post("/api/v1/drives", json={"drive": {"id": name}})
+    assert made.status_code == 201
+    client = person("engineer")
+    form = csrf_of(client.get("/drives/new").text)
+    page = client.post(
+        f"/drives/{name}/uploads",
+        data={"csrf": form},
+        files={"files": ("a.csv", loop_file.read_bytes())},
+    ).text
+    uid = page.split('<h2 id="')[1].split('"')[0]
+    waiting = client.post(f"/tests/{uid}", data={"csrf": form, **said})
+    assert waiting.status_code == 409
+    assert "Accept or discard it" in waiting.text
+    client.post(f"/drives/{name}/uploads/accept", data={"csrf": form, "discard": uid})
+    removed = client.post(f"/tests/{uid}", data={"csrf": form, **said})
+    assert removed.status_code == 409
+    assert "Upload its record again" in removed.text
+    with service_in(client).store.reading() as session:
+        test = find_test(session, uid)
+        assert test is not None
+        assert test.state == "removed"
+        assert not jobs.jobs_of(session, test.drive)
