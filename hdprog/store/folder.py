@@ -101,7 +101,7 @@ def import_drive(
         with test.path.open("rb") as stream:
             incoming, digest, size = files.receive(stream)
         files.keep(incoming, digest)
-        atomic_write_text(files.picture(digest), picture)
+        atomic_write_text(files.picture(digest, drive.id), picture)
         row, new = add_test(
             session,
             actor,

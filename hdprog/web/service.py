@@ -116,14 +116,16 @@ class Service:
         name = readable_name(file_name)
         with self.store.reading() as session:
             drive = find_drive(session, drive_name)
-            content = {} if drive is None else content_of(drive)
+            if drive is None:
+                raise LookupError(drive_name)
+            number, content = drive.id, content_of(drive)
         incoming, digest, size = self.store.files.receive(stream)
         try:
             found = self.readers.read(incoming, name, content)
             if found.problems:
                 raise UnreadableError(found.problems)
             self.store.files.keep(incoming, digest)
-            atomic_write_text(self.store.files.picture(digest), found.picture)
+            atomic_write_text(self.store.files.picture(digest, number), found.picture)
         finally:
             incoming.unlink(missing_ok=True)
         with self.store.writing() as session:

@@ -79,6 +79,6 @@ def _page(
             "fit": fit,
             "job": jobs.job_of_test(session, test),
             "problem": problem,
-            "has_picture": service.store.files.picture(test.sha256).is_file(),
+            "has_picture": service.store.files.find_picture(test.sha256, drive.id) is not None,
         }
     return render(request, "test.html", context, status if problem else 200, who=who)

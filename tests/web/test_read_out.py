@@ -1,0 +1,74 @@
+"""What was read out of a record belongs to the settings of its drive."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import pytest
+from starlette.testclient import TestClient
+
+from hdprog.store.uploads import find_test
+from tests.web.conftest import ClientOf, service_in
+
+MRAD, RAD = "A:mrad", "A:rad"
+
+
+def declared(name: str, angle: str) -> dict[str, Any]:
+    return {"drive": {"id": name}, "columns": {"torque": "T:Nm", "angle": angle}}
+
+
+@pytest.fixture(name="record")
+def record_fixture(loop_file: Path) -> bytes:
+    """Give a record whose header does not say the angle's unit."""
+    head, _, rows = loop_file.read_text().partition("\n")
+    return f"{head.replace('torque_Nm', 'T').replace('angle_rad', 'A')}\n{rows}".encode()
+
+
+@pytest.fixture(name="api")
+def api_fixture(program: ClientOf) -> TestClient:
+    return program("engineer")
+
+
+def make(api: TestClient, name: str, angle: str) -> None:
+    assert api.post("/api/v1/drives", json=declared(name, angle)).status_code == 201
+
+
+def upload(api: TestClient, name: str, data: bytes, hours: str = "1") -> dict[str, Any]:
+    answer = api.post(
+        f"/api/v1/drives/{name}/tests",
+        files={"file": ("a.csv", io.BytesIO(data))},
+        data={"service_hours": hours},
+    )
+    assert answer.status_code == 202
+    found: dict[str, Any] = answer.json()
+    return found
+
+
+def test_another_drive_does_not_change_the_picture(
+    api: TestClient, person: ClientOf, record: bytes
+) -> None:
+    make(api, "first-drive", MRAD)
+    make(api, "second-drive", RAD)
+    first = f"/tests/{upload(api, 'first-drive', record)['test_uid']}/picture.svg"
+    viewer = person("viewer")
+    before = viewer.get(first)
+    assert before.status_code == 200
+    second = f"/tests/{upload(api, 'second-drive', record)['test_uid']}/picture.svg"
+    assert viewer.get(first).text == before.text
+    assert viewer.get(second).text != before.text
+
+
+def test_a_picture_of_an_earlier_version_is_shown(
+    api: TestClient, person: ClientOf, record: bytes
+) -> None:
+    make(api, "old-picture", RAD)
+    uid = upload(api, "old-picture", record)["test_uid"]
+    with service_in(api).store.reading() as session:
+        test = find_test(session, uid)
+        assert test is not None
+        files, digest, drive = service_in(api).store.files, test.sha256, test.drive_id
+    files.picture(digest, drive).rename(files.record(digest).with_suffix(".svg"))
+    assert person("viewer").get(f"/tests/{uid}/picture.svg").status_code == 200
+    assert "picture.svg" in person("viewer").get(f"/tests/{uid}").text
