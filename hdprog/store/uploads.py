@@ -77,7 +77,7 @@ def add_test(
     quality: Mapping[str, Any],
     accepted: bool,
 ) -> tuple[TestRow, bool]:
-    """Add a record to a drive, or find the test that it already is.
+    """Add a record to a drive, or find the test that it already is, and renew its read-out.
 
     Parameters
     ----------
@@ -101,6 +101,8 @@ def add_test(
     facts.check()
     known = find_record(session, drive, sha256)
     if known is not None:
+        # The columns may have been named otherwise since: what was read now is what holds.
+        known.quality, known.file_name = dict(quality), readable_name(file_name)
         if known.state == "accepted" or not accepted:
             if known.state == "removed":
                 known.state = "preview"

@@ -134,7 +134,7 @@ class Service:
                 raise LookupError(drive_name)
             known = find_record(session, row, digest)
             counted = known is not None and known.state == "accepted"
-            doubted = self._doubt(session, row, content, found)
+            doubted = self._doubt(session, row, content, found, known)
             test, new = add_test(
                 session,
                 actor,
@@ -184,11 +184,18 @@ class Service:
             )
 
     def _doubt(
-        self, session: Any, drive: DriveRow, content: Mapping[str, Any], found: ReadOut
+        self,
+        session: Any,
+        drive: DriveRow,
+        content: Mapping[str, Any],
+        found: ReadOut,
+        known: TestRow | None,
     ) -> str | None:
-        earlier = [
-            (test.label, test.quality) for test in reversed(list_tests(session, drive, "accepted"))
-        ]
+        """Compare a record with the drive's tests; one of them with those before it alone."""
+        tests = list(list_tests(session, drive, "accepted"))
+        if known in tests:
+            tests = tests[: tests.index(known)]
+        earlier = [(test.label, test.quality) for test in reversed(tests)]
         return doubt(found.quality, earlier, drive_from_mapping(content))
 
 

@@ -9,8 +9,11 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
+from hdprog.store.audit import COMMAND_LINE
+from hdprog.store.drives import change_drive, find_drive
 from hdprog.store.uploads import find_test
 from tests.web.conftest import ClientOf, service_in
+from tests.web.server import csrf_of
 
 MRAD, RAD = "A:mrad", "A:rad"
 
@@ -44,6 +47,66 @@ def upload(api: TestClient, name: str, data: bytes, hours: str = "1") -> dict[st
     assert answer.status_code == 202
     found: dict[str, Any] = answer.json()
     return found
+
+
+def renamed(api: TestClient, name: str, angle: str) -> None:
+    """Have what is declared change behind the pages' back."""
+    with service_in(api).store.writing() as session:
+        drive = find_drive(session, name)
+        assert drive is not None
+        change_drive(session, COMMAND_LINE, drive, declared(name, angle))
+
+
+def stiffness(api: TestClient, uid: str) -> float:
+    with service_in(api).store.reading() as session:
+        test = find_test(session, uid)
+        assert test is not None
+        found: float = test.quality["secant_stiffness"]
+        return found
+
+
+@pytest.mark.parametrize("accepted", [True, False])
+def test_a_further_upload_renews_what_was_read(
+    api: TestClient, person: ClientOf, record: bytes, accepted: bool
+) -> None:
+    name = f"renewed-{accepted}"
+    make(api, name, MRAD)
+    client = person("engineer")
+    form = csrf_of(client.get("/drives/new").text)
+
+    def send() -> str:
+        if accepted:
+            return str(upload(api, name, record)["test_uid"])
+        sent = {"files": ("a.csv", record)}
+        page = client.post(f"/drives/{name}/uploads", data={"csrf": form}, files=sent).text
+        return page.split('<h2 id="')[1].split('"')[0]
+
+    uid = send()
+    soft, picture = stiffness(api, uid), client.get(f"/tests/{uid}/picture.svg").text
+    renamed(api, name, RAD)
+    assert send() == uid
+    assert stiffness(api, uid) == pytest.approx(soft / 1000, rel=1e-6)
+    assert client.get(f"/tests/{uid}/picture.svg").text != picture
+    if not accepted:
+        client.post(f"/drives/{name}/uploads/accept", data={"csrf": form, "discard": uid})
+        renamed(api, name, MRAD)
+        assert send() == uid
+        assert stiffness(api, uid) == pytest.approx(soft, rel=1e-6)
+
+
+def test_a_known_test_is_compared_with_those_before_it(api: TestClient, loop_file: Path) -> None:
+    made = api.post("/api/v1/drives", json={"drive": {"id": "order"}})
+    assert made.status_code == 201
+    first = loop_file.read_bytes()
+    head, *rows = loop_file.read_text().splitlines()
+    cells = [row.split(",") for row in rows]
+    softer = [[time, torque, str(1.5 * float(angle))] for time, torque, angle in cells]
+    second = "\n".join([head, *(",".join(row) for row in softer)]).encode()
+    assert upload(api, "order", first, "1")["warnings"] == []
+    for _ in range(2):
+        [words] = upload(api, "order", second, "2")["warnings"]
+        assert "-33 %" in words
+    assert upload(api, "order", first, "1")["warnings"] == []
 
 
 def test_another_drive_does_not_change_the_picture(
