@@ -135,3 +135,67 @@ def test_a_picture_of_an_earlier_version_is_shown(
     files.picture(digest, drive).rename(files.record(digest).with_suffix(".svg"))
     assert person("viewer").get(f"/tests/{uid}/picture.svg").status_code == 200
     assert "picture.svg" in person("viewer").get(f"/tests/{uid}").text
+
+
+def test_records_are_read_anew_when_their_columns_are_named_otherwise(
+    api: TestClient, person: ClientOf, record: bytes
+) -> None:
+    make(api, "put-right", MRAD)
+    uid = upload(api, "put-right", record)["test_uid"]
+    soft = stiffness(api, uid)
+    viewer = person("viewer")
+    picture = viewer.get(f"/tests/{uid}/picture.svg").text
+    answer = api.put("/api/v1/drives/put-right", json=declared("put-right", RAD))
+    assert answer.status_code == 200
+    assert stiffness(api, uid) == pytest.approx(soft / 1000, rel=1e-6)
+    assert viewer.get(f"/tests/{uid}/picture.svg").text != picture
+    assert "earlier settings" not in viewer.get(f"/tests/{uid}").text
+    assert upload(api, "put-right", b"# another\n" + record, "2")["warnings"] == []
+
+    client = person("engineer")
+    form = csrf_of(client.get("/drives/put-right/settings").text)
+    sent = {"csrf": form, "columns_angle": MRAD}
+    assert client.post("/drives/put-right/settings", data=sent).status_code == 200
+    assert stiffness(api, uid) == pytest.approx(soft, rel=1e-6)
+
+
+def test_what_cannot_be_read_anew_is_said_to_be_old_and_compared_with_nothing(
+    api: TestClient, person: ClientOf, record: bytes
+) -> None:
+    make(api, "other-head", MRAD)
+    uid = upload(api, "other-head", record)["test_uid"]
+    client = person("engineer")
+    form = csrf_of(client.get("/drives/new").text)
+    waiting = {"files": ("b.csv", b"# waits\n" + record)}
+    client.post("/drives/other-head/uploads", data={"csrf": form}, files=waiting)
+    soft = stiffness(api, uid)
+    said = declared("other-head", RAD) | {"columns": {"torque": "X:Nm", "angle": "Y:rad"}}
+    assert api.put("/api/v1/drives/other-head", json=said).status_code == 200
+    assert stiffness(api, uid) == soft
+    for page in (f"/tests/{uid}", "/drives/other-head/uploads"):
+        words = client.get(page).text
+        assert "read with earlier settings" in words
+        assert "With the settings of now it cannot be read." in words
+    head, _, rows = record.partition(b"\n")
+    renamed_record = head.replace(b"T", b"X").replace(b"A", b"Y") + b"\n" + rows
+    assert upload(api, "other-head", renamed_record, "2")["warnings"] == []
+
+
+def test_a_renewal_that_other_settings_overtook_changes_nothing(
+    api: TestClient, record: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make(api, "overtaken", MRAD)
+    uid = upload(api, "overtaken", record)["test_uid"]
+    soft = stiffness(api, uid)
+    service = service_in(api)
+    read = service.readers.read
+
+    def slowly(path: Path, name: str, content: Any) -> Any:
+        found = read(path, name, content)
+        renamed(api, "overtaken", MRAD)
+        return found
+
+    renamed(api, "overtaken", RAD)
+    monkeypatch.setattr(service.readers, "read", slowly)
+    service.read_anew("overtaken")
+    assert stiffness(api, uid) == soft

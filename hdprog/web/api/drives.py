@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Any
 from urllib.parse import quote
 
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import APIRouter, BackgroundTasks, Query, Request, Response
 from fastapi.responses import FileResponse
 
 from hdprog import __version__
@@ -51,10 +51,15 @@ def make_drive(
 
 @router.put("/drives/{drive_id}", responses=problems(400, 401, 403, 404, 413, 422))
 def declare_drive(
-    request: Request, who: WritingProgram, drive_id: DriveName, content: DriveFile
+    request: Request,
+    who: WritingProgram,
+    drive_id: DriveName,
+    content: DriveFile,
+    afterwards: BackgroundTasks,
 ) -> DriveMade:
     """Declare a drive anew; where it has tests they are analysed again."""
     service = service_of(request)
+    afterwards.add_task(service.read_anew, drive_id)
     with service.store.writing() as session:
         drive = drive_named(session, drive_id)
         change_drive(session, who.actor, drive, content.model_dump(exclude_unset=True))

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import tomli_w
 from fastapi import APIRouter, Depends, Form, Request
+from starlette.background import BackgroundTask
 from starlette.responses import RedirectResponse, Response
 
 from hdprog.errors import BadInputError
@@ -72,7 +73,8 @@ def _changed(request: Request, who: Identity, name: str, content: dict[str, Any]
         change_drive(session, who.actor, drive, content)
         if drive.tests:
             service.ask(session, who.actor, drive, None)
-    return RedirectResponse(f"/drives/{name}?said=saved", 303)
+    afterwards = BackgroundTask(service.read_anew, name)  # many records take their time
+    return RedirectResponse(f"/drives/{name}?said=saved", 303, background=afterwards)
 
 
 def _page(

@@ -8,6 +8,8 @@ from starlette.responses import RedirectResponse, Response
 
 from hdprog.errors import BadInputError
 from hdprog.store import analyses, jobs
+from hdprog.store.drives import content_of
+from hdprog.store.readings import is_current
 from hdprog.store.uploads import accept, remove
 from hdprog.web.facts import read_facts
 from hdprog.web.lookup import test_named
@@ -79,6 +81,7 @@ def _page(
             "fit": fit,
             "job": jobs.job_of_test(session, test),
             "problem": problem,
+            "stale": not is_current(test.quality, content_of(drive)),
             "has_picture": service.store.files.find_picture(test.sha256, drive.id) is not None,
         }
     return render(request, "test.html", context, status if problem else 200, who=who)
