@@ -8,17 +8,20 @@ import sqlite3
 import subprocess
 import tarfile
 import tempfile
+import zlib
 from contextlib import closing
 from pathlib import Path
 
 from sqlalchemy import make_url
 
+from hdprog.atomic import atomic_directory
 from hdprog.errors import BadInputError, UsageError
 from hdprog.store.database import sqlite_file
 from hdprog.store.identity import MARK
 from hdprog.store.store import Store
 
 DUMP = "database.pgdump"
+_SQLITE = "hdprog.db"
 _KEPT = (MARK, "raw", "analyses")
 
 
@@ -61,10 +64,12 @@ def back_up(store: Store, archive: Path) -> int:
 def restore(archive: Path, data: Path, url: str | None) -> None:
     """Put a backup into an empty data folder, and into an empty database where it was PostgreSQL.
 
+    Whole or not at all: where it fails, the same command, put right, finds the folder as it was.
+
     Raises
     ------
     UsageError
-        where the data folder holds something
+        where the data folder holds something, or the database is not of the backup's kind
     BadInputError
         for an archive that is no backup
     """
@@ -73,26 +78,49 @@ def restore(archive: Path, data: Path, url: str | None) -> None:
             f"--data: found files in {data}, expected an empty folder, so that nothing is lost. "
             "Give another folder."
         )
-    data.mkdir(parents=True, exist_ok=True, mode=0o700)
+    with atomic_directory(data) as aside:
+        aside.chmod(0o700)
+        _extract(archive, aside)
+        _require_right_database(archive, aside, data, url)
+        dump = aside / DUMP
+        if url is not None and dump.exists():
+            # All or nothing there too: what is half put back would not be an empty database.
+            options = ("--no-owner", "--exit-on-error", "--single-transaction")
+            _run("pg_restore", url, *options, str(dump), target="--dbname")
+            dump.unlink()
+
+
+def _extract(archive: Path, folder: Path) -> None:
     try:
         with tarfile.open(archive, "r:gz") as tar:
-            tar.extractall(data, filter="data")
-    except (tarfile.TarError, OSError, EOFError) as error:
-        raise BadInputError(
-            f"no readable archive ({error})",
-            str(archive),
-            "a backup that `hdprog store backup` made",
-            "Give another file.",
-        ) from error
-    dump = data / DUMP
-    if dump.exists():
-        if url is None:
+            tar.extractall(folder, filter="data")
+    except (tarfile.TarError, OSError, EOFError, zlib.error) as error:
+        raise _no_backup(archive, f"no readable archive ({error})") from error
+
+
+def _require_right_database(archive: Path, folder: Path, data: Path, url: str | None) -> None:
+    """Refuse an archive without a database, and an address of the other kind of database."""
+    file = None if url is None else sqlite_file(url)
+    if (folder / DUMP).exists():
+        if url is None or file is not None:
+            found = "none" if url is None else "one of SQLite"
             raise UsageError(
-                f"--database: found none for a backup of PostgreSQL ({archive}), expected the "
+                f"--database: found {found} for a backup of PostgreSQL ({archive}), expected the "
                 "address of an empty database. Add --database postgresql://…"
             )
-        _run("pg_restore", url, "--no-owner", "--exit-on-error", str(dump), target="--dbname")
-        dump.unlink()
+    elif not (folder / _SQLITE).exists():
+        raise _no_backup(archive, "an archive without a database")
+    elif url is not None and file != data.absolute() / _SQLITE:
+        raise UsageError(
+            f"--database: found an address for a backup that holds its database ({archive}), "
+            "expected none. Leave --database and HDPROG_DATABASE out."
+        )
+
+
+def _no_backup(archive: Path, found: str) -> BadInputError:
+    return BadInputError(
+        found, str(archive), "a backup that `hdprog store backup` made", "Give another file."
+    )
 
 
 def _copy_database(store: Store, folder: Path) -> Path:
@@ -101,7 +129,7 @@ def _copy_database(store: Store, folder: Path) -> Path:
         copy = folder / DUMP
         _run("pg_dump", store.database.url, "--format=custom", f"--file={copy}", target="--dbname")
         return copy
-    copy = folder / "hdprog.db"
+    copy = folder / _SQLITE
     with closing(sqlite3.connect(file)) as source, closing(sqlite3.connect(copy)) as target:
         source.backup(target)
     return copy

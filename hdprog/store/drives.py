@@ -15,6 +15,7 @@ from hdprog.config import Drive, drive_from_mapping
 from hdprog.errors import BadInputError
 from hdprog.inference.prior_file import require_prior
 from hdprog.store.audit import Actor, note
+from hdprog.store.readings import note_reading, reading_of
 from hdprog.store.tables import DriveRow, LimitRow
 
 _TAKEN = "new"
@@ -101,6 +102,8 @@ def change_drive(session: Session, actor: Actor, row: DriveRow, content: Mapping
             f"id = {drive.id!r}", "drive settings, [drive]", f"{row.name!r}, as it was", "Keep it."
         )
     before = content_of(row)
+    if reading_of(before) != reading_of(content):
+        note_reading(session, row, before)
     row.limits.clear()
     session.flush()  # the new limits take the old ones' places
     _declare(row, drive, content)

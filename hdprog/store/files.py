@@ -53,10 +53,19 @@ class Files:
             raise ValueError(f"no SHA-256: {digest!r}")
         return self.raw / digest[:2] / digest
 
-    def picture(self, digest: str) -> Path:
-        """Path of the picture of a raw record."""
+    def picture(self, digest: str, drive: int) -> Path:
+        """Path of the picture of a raw record, as it is read with the settings of a drive."""
         record = self.record(digest)
-        return record.with_name(f"{record.name}.svg")
+        return record.with_name(f"{record.name}-{drive:d}.svg")
+
+    def find_picture(self, digest: str, drive: int) -> Path | None:
+        """Find the picture of a raw record of a drive; None where there is none."""
+        record = self.record(digest)
+        # Earlier versions kept one picture of a record for all drives.
+        for path in (self.picture(digest, drive), record.with_name(f"{record.name}.svg")):
+            if path.is_file():
+                return path
+        return None
 
     def analysis(self, number: str) -> Path:
         """Folder of an analysis."""

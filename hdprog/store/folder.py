@@ -21,6 +21,7 @@ from hdprog.errors import BadInputError
 from hdprog.store.audit import Actor, note
 from hdprog.store.drives import add_drive, content_of
 from hdprog.store.files import Files
+from hdprog.store.readings import with_reading
 from hdprog.store.tables import DriveRow, TestRow
 from hdprog.store.uploads import TestFacts, add_test, list_tests, refresh_counts
 
@@ -101,7 +102,7 @@ def import_drive(
         with test.path.open("rb") as stream:
             incoming, digest, size = files.receive(stream)
         files.keep(incoming, digest)
-        atomic_write_text(files.picture(digest), picture)
+        atomic_write_text(files.picture(digest, drive.id), picture)
         row, new = add_test(
             session,
             actor,
@@ -110,7 +111,7 @@ def import_drive(
             file_name=test.path.name,
             sha256=digest,
             size=size,
-            quality=quality,
+            quality=with_reading(quality, content),
             accepted=True,
         )
         if not new:

@@ -77,7 +77,7 @@ def add_test(
     quality: Mapping[str, Any],
     accepted: bool,
 ) -> tuple[TestRow, bool]:
-    """Add a record to a drive, or find the test that it already is.
+    """Add a record to a drive, or find the test that it already is, and renew its read-out.
 
     Parameters
     ----------
@@ -99,10 +99,10 @@ def add_test(
         for facts that cannot be, or a test_id that is taken
     """
     facts.check()
-    known = session.scalar(
-        select(TestRow).where(TestRow.drive_id == drive.id, TestRow.sha256 == sha256)
-    )
+    known = find_record(session, drive, sha256)
     if known is not None:
+        # The columns may have been named otherwise since: what was read now is what holds.
+        known.quality, known.file_name = dict(quality), readable_name(file_name)
         if known.state == "accepted" or not accepted:
             if known.state == "removed":
                 known.state = "preview"
@@ -167,6 +167,13 @@ def remove(session: Session, actor: Actor, test: TestRow) -> None:
 def find_test(session: Session, name: str) -> TestRow | None:
     """Find a test by its name in the store."""
     return session.scalar(select(TestRow).where(TestRow.uid == name))
+
+
+def find_record(session: Session, drive: DriveRow, sha256: str) -> TestRow | None:
+    """Find the test of a drive that a record is."""
+    return session.scalar(
+        select(TestRow).where(TestRow.drive_id == drive.id, TestRow.sha256 == sha256)
+    )
 
 
 def list_tests(session: Session, drive: DriveRow, *states: str) -> Sequence[TestRow]:

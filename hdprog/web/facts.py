@@ -11,6 +11,7 @@ from fastapi import Form
 
 from hdprog.errors import BadInputError
 from hdprog.store.uploads import TestFacts
+from hdprog.web.numbers import number_of
 
 _MOST_HOURS = 1e9
 
@@ -86,7 +87,7 @@ def _number(given: Mapping[str, str], name: str, least: float) -> float | None:
     if not text:
         return None
     try:
-        value = float(text.replace(",", "."))
+        value = number_of(text, f"field {name}")
     except ValueError:
         value = math.nan
     if not least <= value <= _MOST_HOURS:

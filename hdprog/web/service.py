@@ -21,11 +21,19 @@ from hdprog.store import jobs
 from hdprog.store.audit import Actor
 from hdprog.store.drives import content_of, find_drive
 from hdprog.store.files import free_bytes
+from hdprog.store.readings import is_current, reading_of, with_reading
 from hdprog.store.store import Store
 from hdprog.store.tables import DriveRow, JobRow, SettingRow, TestRow, TokenRow
 from hdprog.store.tables.base import now
 from hdprog.store.tidy import tidy_up
-from hdprog.store.uploads import TestFacts, add_test, list_tests, readable_name, refresh_counts
+from hdprog.store.uploads import (
+    TestFacts,
+    add_test,
+    find_record,
+    list_tests,
+    readable_name,
+    refresh_counts,
+)
 
 _SECRET = "form secret"
 _LEAST_FREE = 1 << 30  # bytes of disk below which nothing more is taken in
@@ -109,21 +117,25 @@ class Service:
         name = readable_name(file_name)
         with self.store.reading() as session:
             drive = find_drive(session, drive_name)
-            content = {} if drive is None else content_of(drive)
+            if drive is None:
+                raise LookupError(drive_name)
+            number, content = drive.id, content_of(drive)
         incoming, digest, size = self.store.files.receive(stream)
         try:
             found = self.readers.read(incoming, name, content)
             if found.problems:
                 raise UnreadableError(found.problems)
             self.store.files.keep(incoming, digest)
-            atomic_write_text(self.store.files.picture(digest), found.picture)
+            atomic_write_text(self.store.files.picture(digest, number), found.picture)
         finally:
             incoming.unlink(missing_ok=True)
         with self.store.writing() as session:
             row = find_drive(session, drive_name, alone=True)
             if row is None:
                 raise LookupError(drive_name)
-            doubted = self._doubt(session, row, content, found)
+            known = find_record(session, row, digest)
+            counted = known is not None and known.state == "accepted"
+            doubted = self._doubt(session, row, content, found, known)
             test, new = add_test(
                 session,
                 actor,
@@ -132,13 +144,58 @@ class Service:
                 file_name=name,
                 sha256=digest,
                 size=size,
-                quality={**found.quality, "doubt": doubted},
+                quality=with_reading({**found.quality, "doubt": doubted}, content),
                 accepted=accepted,
             )
             job = jobs.job_of_test(session, test)
-            if accepted and (job is None or new):
+            if accepted and (job is None or not counted):  # a job of before does not hold it
                 job = self.ask(session, actor, row, test)
             return Taken(test, job, new, doubted)
+
+    def read_anew(self, drive_name: str) -> None:
+        """Read the records of a drive whose read-out was made with earlier settings.
+
+        One that cannot be read with those of now keeps its read-out, and pages say so.
+        """
+        with self.store.reading() as session:
+            drive = find_drive(session, drive_name)
+            if drive is None:
+                return
+            content = content_of(drive)
+            tests = [
+                *list_tests(session, drive, "accepted"),
+                *list_tests(session, drive, "preview"),
+            ]
+            stale = [
+                (test.id, test.sha256, test.file_name)
+                for test in tests
+                if not is_current(test.quality, content)
+            ]
+        for number, digest, name in stale:
+            found = self.readers.read(self.store.files.record(digest), name, content)
+            if not self._renew(drive_name, number, content, found):
+                return
+
+    def _renew(
+        self, drive_name: str, number: int, content: Mapping[str, Any], found: ReadOut
+    ) -> bool:
+        """Keep what was read anew; tells whether the settings are still those it was read with."""
+        with self.store.writing() as session:
+            drive = find_drive(session, drive_name, alone=True)
+            test = session.get(TestRow, number)
+            if (
+                drive is None
+                or test is None
+                or reading_of(content_of(drive)) != reading_of(content)
+            ):
+                return False
+            if found.problems:
+                test.quality = {**test.quality, "unreadable": list(found.problems)}
+                return True
+            doubted = self._doubt(session, drive, content, found, test)
+            test.quality = with_reading({**found.quality, "doubt": doubted}, content)
+            atomic_write_text(self.store.files.picture(test.sha256, drive.id), found.picture)
+            return True
 
     def ask(self, session: Any, actor: Actor, drive: DriveRow, test: TestRow | None) -> JobRow:
         """Ask for an analysis, in the transaction of the change that makes it needed."""
@@ -173,10 +230,21 @@ class Service:
             )
 
     def _doubt(
-        self, session: Any, drive: DriveRow, content: Mapping[str, Any], found: ReadOut
+        self,
+        session: Any,
+        drive: DriveRow,
+        content: Mapping[str, Any],
+        found: ReadOut,
+        known: TestRow | None,
     ) -> str | None:
+        """Compare a record with the drive's tests; one of them with those before it alone."""
+        tests = list(list_tests(session, drive, "accepted"))
+        if known in tests:
+            tests = tests[: tests.index(known)]
         earlier = [
-            (test.label, test.quality) for test in reversed(list_tests(session, drive, "accepted"))
+            (test.label, test.quality)
+            for test in reversed(tests)
+            if is_current(test.quality, content)  # another unit makes no other drive
         ]
         return doubt(found.quality, earlier, drive_from_mapping(content))
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import os
+import random
 import tarfile
 from pathlib import Path
 
@@ -93,3 +95,44 @@ def test_an_archive_that_climbs_out_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BadInputError, match="no readable archive"):
         restore(archive, tmp_path / "data", None)
     assert not (tmp_path / "evil.py").exists()
+
+
+def archive_of(path: Path, **files: bytes) -> Path:
+    with tarfile.open(path, "w:gz") as tar:
+        for name, content in files.items():
+            entry = tarfile.TarInfo(name.replace("__", "."))
+            entry.size = len(content)
+            tar.addfile(entry, io.BytesIO(content))
+    return path
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_what_could_not_be_put_back_leaves_nothing(tmp_path: Path, there: bool) -> None:
+    data = tmp_path / "data"
+    if there:
+        data.mkdir()
+    noise = random.Random(1).randbytes(300_000)
+    whole = archive_of(tmp_path / "whole.tar.gz", hdprog__db=b"tables", raw=noise)
+    cut = tmp_path / "cut.tar.gz"
+    cut.write_bytes(whole.read_bytes()[:200_000])
+    bent = tmp_path / "bent.tar.gz"
+    bent.write_bytes(whole.read_bytes()[:100_000] + bytes(200_000))
+    dump = archive_of(tmp_path / "dump.tar.gz", database__pgdump=b"dump")
+    other = archive_of(tmp_path / "other.tar.gz", readme=b"words")
+    before = sorted(tmp_path.rglob("*"))
+    nowhere = "postgresql://nobody@127.0.0.1:1/none"
+    for archive, url, words in (
+        (cut, None, "no readable archive"),
+        (bent, None, "no readable archive"),
+        (other, None, "without a database"),
+        (dump, None, "expected the address of an empty database"),
+        (dump, f"sqlite:///{data}/hdprog.db", "expected the address of an empty database"),
+        (dump, nowhere, "pg_restore"),
+        (whole, nowhere, "HDPROG_DATABASE"),
+    ):
+        with pytest.raises((BadInputError, UsageError), match=words):
+            restore(archive, data, url)
+        assert sorted(tmp_path.rglob("*")) == before
+    restore(whole, data, None)
+    assert (data / "raw").read_bytes() == noise
+    assert there or os.name != "posix" or data.stat().st_mode & 0o077 == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from urllib.parse import quote
 
 import pytest
 from starlette.testclient import TestClient
@@ -44,6 +45,17 @@ def test_a_drive_is_made_once(api: TestClient) -> None:
     again = api.post("/api/v1/drives", json=DRIVE)
     assert again.status_code == 409
     assert "already" in again.json()["detail"]
+
+
+@pytest.mark.parametrize("name", ["Привод-1", "Achse 2+"])
+def test_the_address_of_a_drive_is_quoted(api: TestClient, name: str) -> None:
+    made = api.post("/api/v1/drives", json={"drive": {"id": name}})
+    assert made.status_code == 201
+    assert made.json() == {"id": name, "url": f"/drives/{quote(name, safe='')}"}
+    assert made.headers["location"] == f"/api/v1/drives/{quote(name, safe='')}"
+    assert api.get(made.headers["location"]).json()["drive"]["id"] == name
+    again = api.put(made.headers["location"], json={"drive": {"id": name}})
+    assert again.json() == made.json()
 
 
 def test_a_drive_that_cannot_be_is_refused_in_words(api: TestClient) -> None:

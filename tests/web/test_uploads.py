@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from starlette.testclient import TestClient
 
-from tests.web.conftest import ClientOf
+from hdprog.store import jobs
+from hdprog.store.audit import COMMAND_LINE
+from hdprog.store.drives import find_drive
+from hdprog.store.uploads import find_test, remove
+from tests.web.conftest import ClientOf, service_in
 from tests.web.server import csrf_of
 
 
@@ -42,3 +47,66 @@ def test_a_file_without_known_columns_leads_to_where_they_are_named(person: Clie
     )
     assert page.status_code == 422
     assert '<a href="/drives/columns/settings">' in page.text
+
+
+def test_a_removed_record_that_comes_again_is_analysed(program: ClientOf, loop_file: Path) -> None:
+    client = program("engineer")
+    assert client.post("/api/v1/drives", json={"drive": {"id": "back"}}).status_code == 201
+
+    def upload(hours: str) -> dict[str, object]:
+        answer = client.post(
+            "/api/v1/drives/back/tests",
+            files={"file": ("a.csv", loop_file.read_bytes())},
+            data={"service_hours": hours},
+        )
+        assert answer.status_code == 202
+        return answer.json()
+
+    first = upload("100")
+    store = service_in(client).store
+    with store.writing() as session:
+        test, drive = find_test(session, str(first["test_uid"])), find_drive(session, "back")
+        assert test is not None
+        assert drive is not None
+        remove(session, COMMAND_LINE, test)
+        drive.tests = 0
+        for job in jobs.jobs_of(session, drive):
+            job.state = "done"
+    again = upload("150")
+    assert again["new"] is False
+    assert again["job_id"] != first["job_id"]
+    assert client.get(f"/api/v1/jobs/{again['job_id']}").json()["state"] == "queued"
+    with store.reading() as session:
+        drive = find_drive(session, "back")
+        assert drive is not None
+        assert (drive.tests, drive.last_test_hours) == (1, 150.0)
+    assert upload("150")["job_id"] == again["job_id"]
+
+
+@pytest.mark.parametrize("said", [{"service_hours": "5"}, {"remove": "yes"}])
+def test_only_a_test_that_counts_is_changed_on_its_page(
+    program: ClientOf, person: ClientOf, loop_file: Path, said: dict[str, str]
+) -> None:
+    name = f"states-{next(iter(said))}"
+    made = program("engineer").post("/api/v1/drives", json={"drive": {"id": name}})
+    assert made.status_code == 201
+    client = person("engineer")
+    form = csrf_of(client.get("/drives/new").text)
+    page = client.post(
+        f"/drives/{name}/uploads",
+        data={"csrf": form},
+        files={"files": ("a.csv", loop_file.read_bytes())},
+    ).text
+    uid = page.split('<h2 id="')[1].split('"')[0]
+    waiting = client.post(f"/tests/{uid}", data={"csrf": form, **said})
+    assert waiting.status_code == 409
+    assert "Accept or discard it" in waiting.text
+    client.post(f"/drives/{name}/uploads/accept", data={"csrf": form, "discard": uid})
+    removed = client.post(f"/tests/{uid}", data={"csrf": form, **said})
+    assert removed.status_code == 409
+    assert "Upload its record again" in removed.text
+    with service_in(client).store.reading() as session:
+        test = find_test(session, uid)
+        assert test is not None
+        assert test.state == "removed"
+        assert not jobs.jobs_of(session, test.drive)

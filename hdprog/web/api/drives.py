@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from typing import Annotated, Any
+from urllib.parse import quote
 
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import APIRouter, BackgroundTasks, Query, Request, Response
 from fastapi.responses import FileResponse
 
 from hdprog import __version__
@@ -43,23 +44,28 @@ def make_drive(
     """Make a drive of the content of a drive.toml."""
     with service_of(request).store.writing() as session:
         drive = add_drive(session, who.actor, content.model_dump(exclude_unset=True))
-        made = DriveMade(id=drive.name, url=f"/drives/{drive.name}")
-    response.headers["location"] = f"/api/v1/drives/{made.id}"
+        made = _made(drive)
+    response.headers["location"] = f"/api/v1{made.url}"
     return made
 
 
 @router.put("/drives/{drive_id}", responses=problems(400, 401, 403, 404, 413, 422))
 def declare_drive(
-    request: Request, who: WritingProgram, drive_id: DriveName, content: DriveFile
+    request: Request,
+    who: WritingProgram,
+    drive_id: DriveName,
+    content: DriveFile,
+    afterwards: BackgroundTasks,
 ) -> DriveMade:
     """Declare a drive anew; where it has tests they are analysed again."""
     service = service_of(request)
+    afterwards.add_task(service.read_anew, drive_id)
     with service.store.writing() as session:
         drive = drive_named(session, drive_id)
         change_drive(session, who.actor, drive, content.model_dump(exclude_unset=True))
         if drive.tests:
             service.ask(session, who.actor, drive, None)
-        return DriveMade(id=drive.name, url=f"/drives/{drive.name}")
+        return _made(drive)
 
 
 @router.get("/drives/{drive_id}", responses=problems(401, 404, 422))
@@ -92,6 +98,11 @@ def drive_report(request: Request, who: ReadingProgram, drive_id: DriveName) -> 
     return FileResponse(
         path, media_type="text/html", headers={"content-security-policy": REPORT_POLICY}
     )
+
+
+def _made(drive: DriveRow) -> DriveMade:
+    # An id may be of any letters, an address and a header may not.
+    return DriveMade(id=drive.name, url=f"/drives/{quote(drive.name, safe='')}")
 
 
 def _line(drive: DriveRow) -> DriveLine:

@@ -150,8 +150,9 @@ def record_picture(request: Request, who: Viewer, test_id: TestName) -> Response
     """Show the picture of a record."""
     service = service_of(request)
     with service.store.reading() as session:
-        path = service.store.files.picture(test_named(session, test_id).sha256)
-    if not path.is_file():
+        test = test_named(session, test_id)
+        path = service.store.files.find_picture(test.sha256, test.drive_id)
+    if path is None:
         raise UnknownError("picture: found none of this record; expected one. Look at its report.")
     return FileResponse(path, media_type=_SVG, headers={"content-security-policy": REPORT_POLICY})
 

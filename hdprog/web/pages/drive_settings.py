@@ -7,11 +7,12 @@ from typing import Annotated, Any
 
 import tomli_w
 from fastapi import APIRouter, Depends, Form, Request
+from starlette.background import BackgroundTask
 from starlette.responses import RedirectResponse, Response
 
 from hdprog.errors import BadInputError
 from hdprog.store.drives import change_drive, content_of
-from hdprog.web.drive_form import content_of_form, fields_of
+from hdprog.web.drive_form import content_of_form, context_of, fields_of
 from hdprog.web.lookup import drive_named
 from hdprog.web.names import DriveName
 from hdprog.web.rendering import render
@@ -72,7 +73,8 @@ def _changed(request: Request, who: Identity, name: str, content: dict[str, Any]
         change_drive(session, who.actor, drive, content)
         if drive.tests:
             service.ask(session, who.actor, drive, None)
-    return RedirectResponse(f"/drives/{name}?said=saved", 303)
+    afterwards = BackgroundTask(service.read_anew, name)  # many records take their time
+    return RedirectResponse(f"/drives/{name}?said=saved", 303, background=afterwards)
 
 
 def _page(
@@ -83,5 +85,5 @@ def _page(
     text: str,
     problems: list[str],
 ) -> Response:
-    context = {"name": name, "fields": fields, "text": text, "problems": problems}
+    context = context_of(fields) | {"name": name, "text": text, "problems": problems}
     return render(request, "drive_settings.html", context, 422 if problems else 200, who=who)

@@ -12,7 +12,7 @@ from hdprog.errors import BadInputError
 from hdprog.inference.catalogue import CatalogueGear, gears, look_up
 from hdprog.inference.prior_file import name_of_model, read_prior_file
 from hdprog.store.drives import add_drive
-from hdprog.web.drive_form import content_of_form, fields_of
+from hdprog.web.drive_form import content_of_form, context_of, fields_of
 from hdprog.web.rendering import render
 from hdprog.web.security.identity import Engineer, form_of_ours
 from hdprog.web.service import service_of
@@ -69,8 +69,7 @@ def _page(
     status: int = 200,
 ) -> Response:
     known = gears()
-    context = {
-        "fields": fields,
+    context = context_of(fields) | {
         "problems": problems,
         "picked": picked,
         "choice": choice,

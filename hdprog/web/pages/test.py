@@ -8,6 +8,8 @@ from starlette.responses import RedirectResponse, Response
 
 from hdprog.errors import BadInputError
 from hdprog.store import analyses, jobs
+from hdprog.store.drives import content_of
+from hdprog.store.readings import is_current
 from hdprog.store.uploads import accept, remove
 from hdprog.web.facts import read_facts
 from hdprog.web.lookup import test_named
@@ -17,6 +19,18 @@ from hdprog.web.security.identity import Engineer, Identity, Viewer, form_of_our
 from hdprog.web.service import service_of
 
 router = APIRouter()
+# A page that was opened earlier may still show the form: it must not bring a test back, nor let a
+# record count that nobody has looked at.
+_NOT_ACCEPTED = {
+    "removed": (
+        "test: found one that was removed; expected one that counts. Upload its record again if it "
+        "shall count."
+    ),
+    "preview": (
+        "test: found a record that waits for somebody to look at it; expected one that was "
+        "accepted. Accept or discard it on the page of records that wait."
+    ),
+}
 
 
 @router.get("/tests/{test_id}")
@@ -41,15 +55,21 @@ def _change(request: Request, who: Identity, test_id: str, texts: dict[str, str]
     with service.store.writing() as session:
         test = test_named(session, test_id)
         drive = test.drive
-        if facts is None:
-            remove(session, who.actor, test)
-        else:
-            accept(session, who.actor, test, facts)
-        job = service.ask(session, who.actor, drive, None)
+        other = _NOT_ACCEPTED.get(test.state)
+        if other is None:
+            if facts is None:
+                remove(session, who.actor, test)
+            else:
+                accept(session, who.actor, test, facts)
+            job = service.ask(session, who.actor, drive, None)
+    if other is not None:
+        return _page(request, who, test_id, other, 409)
     return RedirectResponse(f"/jobs/{job.id}?said=saved", 303)
 
 
-def _page(request: Request, who: Identity, test_id: str, problem: str | None) -> Response:
+def _page(
+    request: Request, who: Identity, test_id: str, problem: str | None, status: int = 422
+) -> Response:
     service = service_of(request)
     with service.store.reading() as session:
         test = test_named(session, test_id)
@@ -61,6 +81,7 @@ def _page(request: Request, who: Identity, test_id: str, problem: str | None) ->
             "fit": fit,
             "job": jobs.job_of_test(session, test),
             "problem": problem,
-            "has_picture": service.store.files.picture(test.sha256).is_file(),
+            "stale": not is_current(test.quality, content_of(drive)),
+            "has_picture": service.store.files.find_picture(test.sha256, drive.id) is not None,
         }
-    return render(request, "test.html", context, 422 if problem else 200, who=who)
+    return render(request, "test.html", context, status if problem else 200, who=who)

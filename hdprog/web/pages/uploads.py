@@ -10,6 +10,8 @@ from starlette.datastructures import FormData, UploadFile
 from starlette.responses import RedirectResponse, Response
 
 from hdprog.errors import BadInputError
+from hdprog.store.drives import content_of
+from hdprog.store.readings import is_current
 from hdprog.store.tables import DriveRow
 from hdprog.store.uploads import TestFacts, accept, find_test, list_tests, readable_name, remove
 from hdprog.web.facts import read_facts
@@ -157,9 +159,11 @@ def _page(
 ) -> Response:
     with service_of(request).store.reading() as session:
         drive: DriveRow = drive_named(session, drive_id)
+        content, previews = content_of(drive), list_tests(session, drive, "preview")
         context = {
             "drive": drive,
-            "previews": list_tests(session, drive, "preview"),
+            "previews": previews,
+            "stale": {test.uid for test in previews if not is_current(test.quality, content)},
             "refused": refused,
             "known": known,
             "problems": problems,

@@ -1,0 +1,201 @@
+"""What was read out of a record belongs to the settings of its drive."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import pytest
+from starlette.testclient import TestClient
+
+from hdprog.store.audit import COMMAND_LINE
+from hdprog.store.drives import change_drive, find_drive
+from hdprog.store.uploads import find_test
+from tests.web.conftest import ClientOf, service_in
+from tests.web.server import csrf_of
+
+MRAD, RAD = "A:mrad", "A:rad"
+
+
+def declared(name: str, angle: str) -> dict[str, Any]:
+    return {"drive": {"id": name}, "columns": {"torque": "T:Nm", "angle": angle}}
+
+
+@pytest.fixture(name="record")
+def record_fixture(loop_file: Path) -> bytes:
+    """Give a record whose header does not say the angle's unit."""
+    head, _, rows = loop_file.read_text().partition("\n")
+    return f"{head.replace('torque_Nm', 'T').replace('angle_rad', 'A')}\n{rows}".encode()
+
+
+@pytest.fixture(name="api")
+def api_fixture(program: ClientOf) -> TestClient:
+    return program("engineer")
+
+
+def make(api: TestClient, name: str, angle: str) -> None:
+    assert api.post("/api/v1/drives", json=declared(name, angle)).status_code == 201
+
+
+def upload(api: TestClient, name: str, data: bytes, hours: str = "1") -> dict[str, Any]:
+    answer = api.post(
+        f"/api/v1/drives/{name}/tests",
+        files={"file": ("a.csv", io.BytesIO(data))},
+        data={"service_hours": hours},
+    )
+    assert answer.status_code == 202
+    found: dict[str, Any] = answer.json()
+    return found
+
+
+def renamed(api: TestClient, name: str, angle: str) -> None:
+    """Have what is declared change behind the pages' back."""
+    with service_in(api).store.writing() as session:
+        drive = find_drive(session, name)
+        assert drive is not None
+        change_drive(session, COMMAND_LINE, drive, declared(name, angle))
+
+
+def stiffness(api: TestClient, uid: str) -> float:
+    with service_in(api).store.reading() as session:
+        test = find_test(session, uid)
+        assert test is not None
+        found: float = test.quality["secant_stiffness"]
+        return found
+
+
+@pytest.mark.parametrize("accepted", [True, False])
+def test_a_further_upload_renews_what_was_read(
+    api: TestClient, person: ClientOf, record: bytes, accepted: bool
+) -> None:
+    name = f"renewed-{accepted}"
+    make(api, name, MRAD)
+    client = person("engineer")
+    form = csrf_of(client.get("/drives/new").text)
+
+    def send() -> str:
+        if accepted:
+            return str(upload(api, name, record)["test_uid"])
+        sent = {"files": ("a.csv", record)}
+        page = client.post(f"/drives/{name}/uploads", data={"csrf": form}, files=sent).text
+        return page.split('<h2 id="')[1].split('"')[0]
+
+    uid = send()
+    soft, picture = stiffness(api, uid), client.get(f"/tests/{uid}/picture.svg").text
+    renamed(api, name, RAD)
+    assert send() == uid
+    assert stiffness(api, uid) == pytest.approx(soft / 1000, rel=1e-6)
+    assert client.get(f"/tests/{uid}/picture.svg").text != picture
+    if not accepted:
+        client.post(f"/drives/{name}/uploads/accept", data={"csrf": form, "discard": uid})
+        renamed(api, name, MRAD)
+        assert send() == uid
+        assert stiffness(api, uid) == pytest.approx(soft, rel=1e-6)
+
+
+def test_a_known_test_is_compared_with_those_before_it(api: TestClient, loop_file: Path) -> None:
+    made = api.post("/api/v1/drives", json={"drive": {"id": "order"}})
+    assert made.status_code == 201
+    first = loop_file.read_bytes()
+    head, *rows = loop_file.read_text().splitlines()
+    cells = [row.split(",") for row in rows]
+    softer = [[time, torque, str(1.5 * float(angle))] for time, torque, angle in cells]
+    second = "\n".join([head, *(",".join(row) for row in softer)]).encode()
+    assert upload(api, "order", first, "1")["warnings"] == []
+    for _ in range(2):
+        [words] = upload(api, "order", second, "2")["warnings"]
+        assert "-33 %" in words
+    assert upload(api, "order", first, "1")["warnings"] == []
+
+
+def test_another_drive_does_not_change_the_picture(
+    api: TestClient, person: ClientOf, record: bytes
+) -> None:
+    make(api, "first-drive", MRAD)
+    make(api, "second-drive", RAD)
+    first = f"/tests/{upload(api, 'first-drive', record)['test_uid']}/picture.svg"
+    viewer = person("viewer")
+    before = viewer.get(first)
+    assert before.status_code == 200
+    second = f"/tests/{upload(api, 'second-drive', record)['test_uid']}/picture.svg"
+    assert viewer.get(first).text == before.text
+    assert viewer.get(second).text != before.text
+
+
+def test_a_picture_of_an_earlier_version_is_shown(
+    api: TestClient, person: ClientOf, record: bytes
+) -> None:
+    make(api, "old-picture", RAD)
+    uid = upload(api, "old-picture", record)["test_uid"]
+    with service_in(api).store.reading() as session:
+        test = find_test(session, uid)
+        assert test is not None
+        files, digest, drive = service_in(api).store.files, test.sha256, test.drive_id
+    files.picture(digest, drive).rename(files.record(digest).with_suffix(".svg"))
+    assert person("viewer").get(f"/tests/{uid}/picture.svg").status_code == 200
+    assert "picture.svg" in person("viewer").get(f"/tests/{uid}").text
+
+
+def test_records_are_read_anew_when_their_columns_are_named_otherwise(
+    api: TestClient, person: ClientOf, record: bytes
+) -> None:
+    make(api, "put-right", MRAD)
+    uid = upload(api, "put-right", record)["test_uid"]
+    soft = stiffness(api, uid)
+    viewer = person("viewer")
+    picture = viewer.get(f"/tests/{uid}/picture.svg").text
+    answer = api.put("/api/v1/drives/put-right", json=declared("put-right", RAD))
+    assert answer.status_code == 200
+    assert stiffness(api, uid) == pytest.approx(soft / 1000, rel=1e-6)
+    assert viewer.get(f"/tests/{uid}/picture.svg").text != picture
+    assert "earlier settings" not in viewer.get(f"/tests/{uid}").text
+    assert upload(api, "put-right", b"# another\n" + record, "2")["warnings"] == []
+
+    client = person("engineer")
+    form = csrf_of(client.get("/drives/put-right/settings").text)
+    sent = {"csrf": form, "columns_angle": MRAD}
+    assert client.post("/drives/put-right/settings", data=sent).status_code == 200
+    assert stiffness(api, uid) == pytest.approx(soft, rel=1e-6)
+
+
+def test_what_cannot_be_read_anew_is_said_to_be_old_and_compared_with_nothing(
+    api: TestClient, person: ClientOf, record: bytes
+) -> None:
+    make(api, "other-head", MRAD)
+    uid = upload(api, "other-head", record)["test_uid"]
+    client = person("engineer")
+    form = csrf_of(client.get("/drives/new").text)
+    waiting = {"files": ("b.csv", b"# waits\n" + record)}
+    client.post("/drives/other-head/uploads", data={"csrf": form}, files=waiting)
+    soft = stiffness(api, uid)
+    said = declared("other-head", RAD) | {"columns": {"torque": "X:Nm", "angle": "Y:rad"}}
+    assert api.put("/api/v1/drives/other-head", json=said).status_code == 200
+    assert stiffness(api, uid) == soft
+    for page in (f"/tests/{uid}", "/drives/other-head/uploads"):
+        words = client.get(page).text
+        assert "read with earlier settings" in words
+        assert "With the settings of now it cannot be read." in words
+    head, _, rows = record.partition(b"\n")
+    renamed_record = head.replace(b"T", b"X").replace(b"A", b"Y") + b"\n" + rows
+    assert upload(api, "other-head", renamed_record, "2")["warnings"] == []
+
+
+def test_a_renewal_that_other_settings_overtook_changes_nothing(
+    api: TestClient, record: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make(api, "overtaken", MRAD)
+    uid = upload(api, "overtaken", record)["test_uid"]
+    soft = stiffness(api, uid)
+    service = service_in(api)
+    read = service.readers.read
+
+    def slowly(path: Path, name: str, content: Any) -> Any:
+        found = read(path, name, content)
+        renamed(api, "overtaken", MRAD)
+        return found
+
+    renamed(api, "overtaken", RAD)
+    monkeypatch.setattr(service.readers, "read", slowly)
+    service.read_anew("overtaken")
+    assert stiffness(api, uid) == soft
