@@ -16,7 +16,22 @@ from hdprog.data.numbers import is_number
 from hdprog.errors import BadInputError
 from hdprog.units import ISO_8601, find_unit
 
-__all__ = ["Block", "Layout", "RowParser", "matches", "no_data"]
+__all__ = ["SHEET_ERRORS", "Block", "Layout", "RowParser", "is_comment", "matches", "no_data"]
+
+SHEET_ERRORS = (
+    "#N/A",
+    "#NV",
+    "#DIV/0!",
+    "#WERT!",
+    "#VALUE!",
+    "#REF!",
+    "#BEZUG!",
+    "#NUM!",
+    "#ZAHL!",
+    "#NAME?",
+    "#NULL!",
+)
+"""What a spreadsheet, English or German, writes into a cell whose formula fails."""
 
 _EPOCH = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
 _MICROSECOND = datetime.timedelta(microseconds=1)
@@ -66,6 +81,12 @@ def matches(cell: str, wanted: frozenset[str]) -> bool:
     if not is_number(cell):
         return False
     return any(is_number(value) and float(value) == float(cell) for value in wanted)
+
+
+def is_comment(cells: Sequence[str], width: int) -> bool:
+    """Tell whether a row is a comment: it begins with #, and with no failed cell of a full row."""
+    first = cells[0].strip() if cells else ""
+    return first.startswith("#") and not (first in SHEET_ERRORS and len(cells) == width)
 
 
 def no_data(file: str, header_row: int | None) -> BadInputError:
@@ -180,6 +201,9 @@ class RowParser:
         if not cell:
             found = "an empty cell"
             advice = "Fill the cell in, or remove the row."
+        elif cell in SHEET_ERRORS:
+            found = f"'{cell}' (an error of the spreadsheet)"
+            advice = "Mend the formula behind the cell, or remove the row."
         elif folded in {"nan", "na", "n/a", "null", "none"}:
             found, expected = f"'{cell}' (no value)", "a finite number"
         elif folded in {"inf", "infinity"} or is_number(cell.replace(",", ".")):

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
 
 from hdprog.data.numbers import is_number
+from hdprog.data.row_parser import is_comment
 from hdprog.data.text_stream import decode, line_blocks, require_file
 from hdprog.data.text_table import column_sign
 from hdprog.errors import BadInputError
@@ -130,10 +131,10 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
     lines = decode(b"".join(line_blocks(path))).split("\n")
     header = next((line for line in lines if line.strip() and not line.startswith("#")), ",")
     reader = csv.reader((line + "\n" for line in lines), delimiter=column_sign(header))
-    rows = []
+    rows: list[tuple[int, list[str]]] = []
     for cells in reader:
         texts = [cell.strip() for cell in cells]
-        if any(texts) and not texts[0].startswith("#"):
+        if any(texts) and not is_comment(texts, len(rows[0][1]) if rows else 0):
             rows.append((reader.line_num, texts))
     return rows
 

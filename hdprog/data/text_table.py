@@ -16,13 +16,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdprog.data.columns import find_columns, find_selection
-from hdprog.data.row_parser import Block, Layout, RowParser, matches, no_data
+from hdprog.data.row_parser import (
+    SHEET_ERRORS,
+    Block,
+    Layout,
+    RowParser,
+    is_comment,
+    matches,
+    no_data,
+)
 from hdprog.data.text_stream import decode, line_blocks
 from hdprog.units import ISO_8601
 
 __all__ = ["read_text_table", "split_line"]
 
 _MOST_ODD_LINES = 10_000
+_SHEET_ERRORS = tuple(error.encode() for error in SHEET_ERRORS)
 
 
 def split_line(line: str, sign: str) -> list[str]:
@@ -116,7 +125,7 @@ class _TextTable:
 
     def _take_head_line(self, line: str) -> bool:
         """Look at a line before the data; tell whether it is the first row of data."""
-        if not line.strip() or line.lstrip().startswith("#"):
+        if not line.strip() or self._is_comment(line):
             return False
         if self.header is None:
             if self.sign is None and line.lower().startswith("sep=") and len(line) == 5:
@@ -136,8 +145,15 @@ class _TextTable:
     def _cells(self, text: bytes) -> Iterator[tuple[int, list[str]]]:
         """Yield row number and cells of each line that is neither blank nor a comment."""
         for row, line in enumerate(text.decode().split("\n")[:-1], start=self.row):
-            if line.strip() and not line.lstrip().startswith("#"):
+            if line.strip() and not self._is_comment(line):
                 yield row, split_line(line, self.sign or ",")
+
+    def _is_comment(self, line: str) -> bool:
+        """Tell whether a line is a comment; above the header any line with # at its front is."""
+        line = line.lstrip()
+        if self.header is None or not line.startswith(SHEET_ERRORS):
+            return line.startswith("#")
+        return is_comment(split_line(line, self.sign or ","), len(self.header[1]))
 
     def _fast(self, text: bytes, parser: RowParser) -> Block | None:
         """Read a block with pandas; None where `RowParser` has to decide."""
@@ -179,7 +195,7 @@ def _plain_rows(
         return None
     for number in odd_lines:
         line = text[starts[number] : ends[number]].strip()
-        if line and not line.startswith(b"#"):
+        if line and (not line.startswith(b"#") or line.startswith(_SHEET_ERRORS)):
             return None
     dropped = set(odd_lines.tolist())
     lines = [line for number, line in enumerate(text.split(b"\n")) if number not in dropped]

@@ -64,6 +64,7 @@ def test_only_three_columns_are_needed(folder: Path) -> None:
     [
         ("t01,loops/a.csv,5", "row 3: found test_id 't01' a second time"),
         ("t03,loops/c.csv,5", "does not exist"),
+        ("#N/A,loops/a.csv,5", "test_id '#N/A'"),
         ("t03,../a.csv,5", "outside the drive folder"),
         ("t03,/etc/passwd,5", "outside the drive folder"),
         ("t03,C:\\a.csv,5", "outside the drive folder"),

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 import hdprog.data.text_stream as text_stream
 from hdprog.data.columns import Column
 from hdprog.data.readers import read_loop
-from hdprog.data.row_parser import Layout, RowParser
+from hdprog.data.row_parser import SHEET_ERRORS, Layout, RowParser
 from hdprog.data.text_table import _TextTable
 from hdprog.errors import BadInputError
 from hdprog.units import find_unit
@@ -64,6 +64,23 @@ def test_a_bad_row_is_named(tmp_path: Path, row: int, line: str, words: list[str
     assert message.startswith(f"loop.csv, row {row}")
     for word in words:
         assert word in message
+
+
+@pytest.mark.parametrize("error", SHEET_ERRORS)
+@pytest.mark.parametrize("row", [2, 57])
+@pytest.mark.parametrize("sign", [",", ";", " "])
+def test_a_failed_cell_of_a_spreadsheet_is_no_comment(
+    tmp_path: Path, error: str, row: int, sign: str
+) -> None:
+    text = changed(row, f"{error},0.001").replace(",", sign)
+    message = refused(write(tmp_path / "a.csv", text))
+    assert message.startswith(f"a.csv, row {row}, column 'torque_Nm': found '{error}'")
+    # Remarks may speak of such an error, and a column that is not read may hold one.
+    for remark in (f"{error} in the sheet", f"{error}", f"#{error}{sign}0"):
+        assert len(read_loop(write(tmp_path / "a.csv", changed(row, remark)))) == TORQUE.size - 1
+    lines = [f"{error if n == row else n}{sign}{line}" for n, line in enumerate(LINES[1:])]
+    whole = "\n".join(["n,torque_Nm,angle_rad", *lines]).replace(",", sign)
+    assert len(read_loop(write(tmp_path / "a.csv", whole))) == TORQUE.size
 
 
 def test_rows_are_counted_as_an_editor_does(tmp_path: Path) -> None:
