@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
 
-from hdprog.data.numbers import is_number
+from hdprog.data.numbers import is_number, may_hold_thousands
 from hdprog.data.row_parser import is_comment
 from hdprog.data.text_stream import decode, line_blocks, require_file
 from hdprog.data.text_table import column_sign
@@ -264,6 +264,15 @@ def _number(
     text = texts.get(name, "")
     if not text:
         return None
+    if may_hold_thousands(text):
+        without = text.replace(",", "")
+        raise _error(
+            path,
+            row,
+            f"{name} = '{text}', whose comma may part thousands or be a decimal sign",
+            f"a number without a comma, like {without} or {without}.0",
+            "Write it without thousands separators, and with a point as the decimal sign.",
+        )
     plain = text.replace(",", ".")
     value = float(plain) if is_number(plain) else math.nan
     if not math.isfinite(value) or value < lowest:

@@ -118,9 +118,10 @@ class _TextTable:
         self.row += text.count(b"\n")
 
     def finished_layout(self) -> Layout:
-        """Return the layout; refuse a file that had no header or no row of data."""
+        """Return the layout; refuse a file without header or row of data, and thousands."""
         if self.parser is None:
             raise no_data(self.name, None if self.header is None else self.header[0])
+        self.parser.refuse_thousands()
         return self.parser.layout
 
     def _take_head_line(self, line: str) -> bool:
@@ -246,7 +247,62 @@ def _parse(text: bytes, sign: str, parser: RowParser, rows: NDArray[np.int64]) -
             values[column.role] = numbers
     except (ValueError, OverflowError):  # pandas' parser errors are ValueErrors
         return None
+    if parser.decimal != ".":
+        _note_commas(text, sign, parser, rows, frame.index.to_numpy())
     return Block(values, rows[frame.index.to_numpy()])
+
+
+def _note_commas(
+    text: bytes,
+    sign: str,
+    parser: RowParser,
+    rows: NDArray[np.int64],
+    kept: NDArray[np.int64],
+) -> None:
+    """Look at the commas of plain rows as `RowParser` does, in those columns still in doubt."""
+    open_columns = [index for index, commas in parser.commas.items() if not commas.decimal]
+    if not open_columns or kept.size == 0:
+        return
+    if sign == "," or b"," not in text:
+        for index in open_columns:
+            parser.commas[index].any_without = True
+        return
+    characters = np.frombuffer(text, dtype=np.uint8)
+    breaks = np.flatnonzero((characters == ord(sign)) | (characters == ord("\n")))
+    ends = breaks.reshape(-1, parser.layout.width)
+    starts = np.concatenate(([0], breaks[:-1] + 1)).reshape(ends.shape)
+    places = np.flatnonzero(characters == ord(","))
+    for index in open_columns:
+        commas = parser.commas[index]
+        start, end = starts[kept, index], ends[kept, index]
+        before = np.searchsorted(places, start)
+        with_comma = np.flatnonzero(np.searchsorted(places, end) > before)
+        commas.any_without = commas.any_without or with_comma.size < kept.size
+        start, end = start[with_comma], end[with_comma]
+        comma = places[before[with_comma]]
+        # All but a few cells are settled at a glance; the first stands for those like thousands.
+        other = np.flatnonzero(~_like_thousands(characters, start, comma, end))
+        for number in (*range(min(1, with_comma.size)), *other.tolist()):
+            cell = text[start[number] : end[number]].decode().strip()
+            commas.note(cell, int(rows[kept[with_comma[number]]]))
+            if commas.decimal:
+                break
+
+
+def _like_thousands(
+    characters: NDArray[np.uint8],
+    start: NDArray[np.int64],
+    comma: NDArray[np.int64],
+    end: NDArray[np.int64],
+) -> NDArray[np.bool_]:
+    """Tell which cells, numbers with one comma, are 1 to 999 with three digits behind it."""
+    first = start + np.isin(characters[start], (ord("+"), ord("-")))
+    before = comma - first
+    like: NDArray[np.bool_] = (before >= 1) & (before <= 3) & (end - comma == 4)
+    like &= (characters[first] >= ord("1")) & (characters[first] <= ord("9"))
+    for place in (end - 2, end - 1):  # an exponent, or a space behind, is no such digit
+        like &= (characters[place] >= ord("0")) & (characters[place] <= ord("9"))
+    return like
 
 
 def _codes(categories: Iterable[str], wanted: frozenset[str]) -> list[int]:

@@ -88,6 +88,41 @@ def test_rows_are_counted_as_an_editor_does(tmp_path: Path) -> None:
     assert refused(write(tmp_path / "a.csv", text)).startswith("a.csv, row 34, column 'torque_Nm'")
 
 
+def thousands(values: np.ndarray) -> list[str]:
+    return [f"{value:,.0f}" for value in values]
+
+
+@pytest.mark.parametrize("sign", ["\t", ";", "quoted"])
+@pytest.mark.parametrize("block", [257, 8 << 20])
+def test_commas_that_part_thousands_are_no_decimal_signs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sign: str, block: int
+) -> None:
+    monkeypatch.setattr(text_stream, "_BLOCK_BYTES", block)
+    cells = zip(thousands(1e3 * TORQUE), thousands(1e6 * ANGLE), strict=True)
+    text = "torque_mNm;angle_urad\n" + "".join(f"{one};{other}\n" for one, other in cells)
+    if sign == "quoted":
+        text = '"' + text.replace(";", '","').replace("\n", '"\n"')[:-1]
+    message = refused(write(tmp_path / "a.csv", text.replace(";", sign)))
+    assert "column 'torque_mNm': found '1,200', and numbers without a comma" in message
+    assert message.startswith("a.csv, row 5")
+    assert "'1,200' may be 1200 or 1.200" in message
+
+
+def test_decimal_commas_are_read_with_fixed_decimals_and_without_trailing_zeros(
+    tmp_path: Path,
+) -> None:
+    for torque in (
+        [f"{value:.3f}" for value in TORQUE],
+        [f"{value + 100:.3f}" for value in TORQUE],  # no cell below 1 that would show the sign
+        [f"{value:.4g}" for value in TORQUE],
+        [f"{value:.10g}" for value in TORQUE / 3],
+    ):
+        lines = [f"{one};{other:.9g}" for one, other in zip(torque, ANGLE, strict=True)]
+        text = "\n".join(["torque_Nm;angle_rad", *lines]).replace(".", ",")
+        loop = read_loop(write(tmp_path / "a.csv", text))
+        assert loop.torque == pytest.approx([float(cell) for cell in torque])
+
+
 @pytest.mark.parametrize("sign", [".", ","])
 def test_decimal_signs_may_not_change(tmp_path: Path, sign: str) -> None:
     lines = table("torque_Nm;angle_rad", ";").replace(".", sign).splitlines()
@@ -246,6 +281,7 @@ CELL = st.one_of(
     st.integers(-1000, 1000).map(str),
     st.text("0123456789.,eE+-_ xTrueFalsnaif", max_size=6),
     st.sampled_from(["", " 1.5", "1.5 ", "True", "nan", "-inf", "1e5", "1.", ".5", "1e400"]),
+    st.sampled_from(["1,250", "-12,500", "0,125", "1,25", "1,2e5", "1250,125", "25", " 1,250"]),
 )
 
 
@@ -264,6 +300,7 @@ def test_the_fast_way_reads_what_the_careful_way_reads(
             reader._fast = lambda *_: None  # type: ignore[method-assign]
         try:
             blocks = list(reader.read(text))
+            reader.finished_layout()
         except BadInputError as error:
             return str(error)
         return [
