@@ -63,7 +63,8 @@ ISO_8601 = Unit("ISO 8601", "time", math.nan)
 """Marks a column of dates and times written as ISO 8601; it has no factor."""
 
 # Each unit with its spellings. Spellings are compared after `_squash`, which drops the signs
-# between factors, so "Nm" also stands for "N·m", "N m", "N-m", "N*m" and "N.m".
+# between factors, so "Nm" also stands for "N·m", "N m", "N-m", "N*m" and "N.m"; it also makes two
+# primes of a double one.
 _UNITS: tuple[tuple[Unit, tuple[str, ...]], ...] = (
     (Unit("Nm", "torque", 1.0), ("Nm", "newtonmetre", "newtonmetres", "newtonmeter")),
     (Unit("kNm", "torque", 1e3), ("kNm",)),
@@ -86,7 +87,7 @@ _UNITS: tuple[tuple[Unit, tuple[str, ...]], ...] = (
     (Unit("urad", "angle", 1e-6), ("urad", "μrad")),
     (Unit("deg", "angle", math.pi / 180), ("deg", "degree", "degrees", "°")),
     (Unit("arcmin", "angle", math.pi / 10_800), ("arcmin", "arcminute", "arcminutes", "′")),
-    (Unit("arcsec", "angle", math.pi / 648_000), ("arcsec", "arcsecond", "arcseconds", "″")),
+    (Unit("arcsec", "angle", math.pi / 648_000), ("arcsec", "arcsecond", "arcseconds", "′′")),
     (Unit("rev", "angle", 2 * math.pi), ("rev", "revs", "revolution", "revolutions", "turns")),
     (Unit("s", "time", 1.0), ("s", "sec", "secs", "second", "seconds")),
     (Unit("ms", "time", 1e-3), ("ms", "msec", "millisecond", "milliseconds")),

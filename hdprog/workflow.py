@@ -14,6 +14,7 @@ from hdprog.config import Drive
 from hdprog.data.drive_folder import files_of, read_drive_folder, read_test_loop
 from hdprog.data.finished_runs import read_finished_runs
 from hdprog.data.loop import Loop
+from hdprog.data.record_name import record_name
 from hdprog.discovery.drive import brought_by_wear, explain_drive
 from hdprog.discovery.explain import Closed, sample_base, sample_final
 from hdprog.discovery.explain import explain as explain_loop
@@ -322,7 +323,7 @@ def _remaining(forecasts: tuple[Forecast, ...]) -> dict[float, float | None] | N
 
 
 def _stem(loop: Loop) -> str:
-    return Path(loop.source).name.split(".")[0]
+    return record_name(Path(loop.source).name)
 
 
 __all__ = ["Outcome", "TestResult", "explain", "fit", "run"]

@@ -21,6 +21,7 @@ from hdprog.cli.options import (
 )
 from hdprog.cli.progress import progress
 from hdprog.cli.report_units import wanted_units
+from hdprog.data.record_name import record_name
 from hdprog.errors import UsageError
 
 
@@ -51,7 +52,8 @@ def explain(
             "these things. Leave them out, or name a loop file."
         )
     units = wanted_units(angle_unit, torque_unit)
-    folder = output_folder(out, record.resolve().name.split(".")[0], pdf=pdf)
+    name = record.resolve().name if of_drive else record_name(record.name)
+    folder = output_folder(out, name, pdf=pdf)
     if of_drive:
         from hdprog import workflow
 

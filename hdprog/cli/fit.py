@@ -23,6 +23,7 @@ from hdprog.cli.options import (
 )
 from hdprog.cli.progress import progress
 from hdprog.cli.report_units import wanted_units
+from hdprog.data.record_name import record_name
 from hdprog.errors import UsageError
 
 
@@ -60,7 +61,7 @@ def fit(
     if method not in ("posterior", "paper"):
         raise UsageError(f"--method: found {method!r}, expected posterior or paper")
     units = wanted_units(angle_unit, torque_unit)
-    folder = output_folder(out, loop.name.split(".")[0], pdf=pdf)
+    folder = output_folder(out, record_name(loop.name), pdf=pdf)
     record, settings = read_record(loop, drive, columns, select)
     from hdprog import workflow  # slow to import; a bad record is told before
 

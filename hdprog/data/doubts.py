@@ -56,12 +56,7 @@ def doubts(
             "in the record; a fit of this one means nothing."
         )
     yield from _scale(loop, abs(stiffness), drive, catalogue_stiffness)
-    jump = float(np.abs(np.diff(loop.angle)).max())
-    if jump > np.pi:
-        yield (
-            f"The angle jumps by {jump:.3g} rad between two samples: the encoder seems to begin a "
-            "new turn there. Unwrap the angle before a fit."
-        )
+    yield from _new_turns(loop)
     yield from _clipping(loop)
     yield from _gaps(loop)
     yield from _short_branches(loop, turns)
@@ -92,6 +87,25 @@ def _scale(
         yield (
             f"{found}; drives have {_STIFFNESS_RANGE[0]:.0e} to {_STIFFNESS_RANGE[1]:.0e}. {check}"
         )
+
+
+def _new_turns(loop: Loop) -> Iterator[str]:
+    """Look for encoders that pass from 360° to 0°: what is averaged or divided there is nowhere."""
+    channels = (
+        ("angle", loop.angle, "Unwrap the angle before a fit."),
+        (
+            "output angle",
+            loop.output_angle,
+            "Unwrap the output angle before a fit, or leave it out with --columns output_angle=.",
+        ),
+    )
+    for name, values, advice in channels:
+        jump = 0.0 if values is None else float(np.abs(np.diff(values)).max())
+        if jump > np.pi:
+            yield (
+                f"The {name} jumps by {jump:.3g} rad between two samples: the encoder seems to "
+                f"begin a new turn there. {advice}"
+            )
 
 
 def _clipping(loop: Loop) -> Iterator[str]:

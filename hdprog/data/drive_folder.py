@@ -9,6 +9,7 @@ from pathlib import Path
 
 from hdprog.config import Drive, read_drive
 from hdprog.data.loop import Loop
+from hdprog.data.order_of_tests import order_doubts
 from hdprog.data.readers import read_loop
 from hdprog.data.tests_table import EVENTS, DriveTest, read_tests
 from hdprog.errors import BadInputError
@@ -87,9 +88,13 @@ def read_drive_folder(path: str | Path) -> DriveFolder:
 def read_test_loop(folder: DriveFolder, test: DriveTest) -> Loop:
     """Read the loop of one test, with the columns and the selection that the drive declares.
 
+    The record carries on what is doubtful of its place among the tests.
+
     Raises
     ------
     BadInputError
         The file is not a usable record.
     """
-    return read_loop(test.path, drive=folder.drive)
+    loop = read_loop(test.path, drive=folder.drive)
+    doubt = order_doubts(folder.tests).get(test.test_id)
+    return loop if doubt is None else loop.with_warnings((doubt,))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hdprog.data.columns import find_columns, find_selection
-from hdprog.data.row_parser import Block, Layout, RowParser, no_data
+from hdprog.data.row_parser import Block, Layout, RowParser, is_comment, no_data
 from hdprog.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -96,11 +96,14 @@ def _open(path: Path) -> Workbook:
 
 def _rows(values: Iterator[tuple[object, ...]]) -> Iterator[tuple[int, list[str]]]:
     """Yield number and cells of each row that is neither blank nor a comment."""
+    width = 0  # of the header, once it is known
     for row, cells in enumerate(values, start=1):
         texts = [_text(cell) for cell in cells]
-        if any(texts) and not texts[0].startswith("#"):
-            while texts and not texts[-1]:
-                texts.pop()
+        while texts and not texts[-1]:
+            texts.pop()
+        # A sheet has no short rows: where the last cells are empty, they are there all the same.
+        if texts and not is_comment(texts + [""] * (width - len(texts)), width):
+            width = width or len(texts)
             yield row, texts
 
 

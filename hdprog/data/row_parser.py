@@ -12,11 +12,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdprog.data.columns import Column
-from hdprog.data.numbers import is_number
+from hdprog.data.numbers import is_number, may_hold_thousands
 from hdprog.errors import BadInputError
 from hdprog.units import ISO_8601, find_unit
 
-__all__ = ["Block", "Layout", "RowParser", "matches", "no_data"]
+__all__ = [
+    "SHEET_ERRORS",
+    "Block",
+    "Commas",
+    "Layout",
+    "RowParser",
+    "is_comment",
+    "matches",
+    "no_data",
+]
+
+SHEET_ERRORS = (
+    "#N/A",
+    "#NV",
+    "#DIV/0!",
+    "#WERT!",
+    "#VALUE!",
+    "#REF!",
+    "#BEZUG!",
+    "#NUM!",
+    "#ZAHL!",
+    "#NAME?",
+    "#NULL!",
+)
+"""What a spreadsheet, English or German, writes into a cell whose formula fails."""
 
 _EPOCH = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
 _MICROSECOND = datetime.timedelta(microseconds=1)
@@ -68,6 +92,12 @@ def matches(cell: str, wanted: frozenset[str]) -> bool:
     return any(is_number(value) and float(value) == float(cell) for value in wanted)
 
 
+def is_comment(cells: Sequence[str], width: int) -> bool:
+    """Tell whether a row is a comment: it begins with #, and with no failed cell of a full row."""
+    first = cells[0].strip() if cells else ""
+    return first.startswith("#") and not (first in SHEET_ERRORS and len(cells) == width)
+
+
 def no_data(file: str, header_row: int | None) -> BadInputError:
     """Return the error for a table that ends before its first row of data."""
     return BadInputError(
@@ -79,16 +109,51 @@ def no_data(file: str, header_row: int | None) -> BadInputError:
 
 
 @dataclass
+class Commas:
+    """What the commas of one column have shown so far.
+
+    Parameters
+    ----------
+    decimal : bool
+        Whether there is one that cannot part thousands.
+    any_without : bool
+        Whether a number stands without: with fixed decimals none would.
+    doubtful : (int, str) or None
+        Row and text of the first number whose comma may part thousands.
+    """
+
+    decimal: bool = False
+    any_without: bool = False
+    doubtful: tuple[int, str] | None = None
+
+    def note(self, cell: str, row: int) -> None:
+        """Take note of a cell that is a number."""
+        if "," not in cell:
+            self.any_without = True
+        elif may_hold_thousands(cell):
+            self.doubtful = self.doubtful or (row, cell)
+        else:
+            self.decimal = True
+
+
+@dataclass
 class RowParser:
     """Parses rows in the order of the file and remembers what spans more than one of them.
 
     `decimal` is the decimal sign once it is known, `empty_row` the first row without any value:
-    such rows may only stand at the end.
+    such rows may only stand at the end. `commas` says of each column whether its commas can be
+    decimal signs, which takes the whole file.
     """
 
     layout: Layout
     decimal: str | None = None
     empty_row: int | None = field(default=None, init=False)
+    commas: dict[int, Commas] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.commas = {
+            column.index: Commas() for column in self.layout.columns if column.unit is not ISO_8601
+        }
 
     def parse(self, rows: Iterable[tuple[int, Sequence[str]]]) -> Block:
         """Turn rows, each with its number in the file, into numbers.
@@ -135,6 +200,23 @@ class RowParser:
                 "Fill the row in, or remove it.",
             )
 
+    def refuse_thousands(self) -> None:
+        """Refuse, once all rows are read, commas that part thousands for all one can see."""
+        for column in self.layout.columns:
+            commas = self.commas.get(column.index, Commas())
+            if commas.doubtful is None or commas.decimal or not commas.any_without:
+                continue
+            row, cell = commas.doubtful
+            raise self._error(
+                f"'{cell}', and numbers without a comma in the same column",
+                row,
+                column,
+                f"numbers without thousands separators: '{cell}' may be "
+                f"{cell.replace(',', '')} or {cell.replace(',', '.')}",
+                "Export the file without them. Where the comma is the decimal sign, write all "
+                "numbers of the column with as many decimals, or use a point.",
+            )
+
     def _number(self, cell: str, row: int, column: Column) -> float:
         text = cell
         if "," in cell and self.decimal != "." and "." not in cell:
@@ -149,6 +231,8 @@ class RowParser:
         value = float(text)
         if not math.isfinite(value):
             raise self._bad_cell(cell, row, column)
+        if self.decimal != ".":
+            self.commas[column.index].note(cell, row)
         return value
 
     def _nanoseconds(self, cell: str, row: int, column: Column) -> int:
@@ -180,6 +264,9 @@ class RowParser:
         if not cell:
             found = "an empty cell"
             advice = "Fill the cell in, or remove the row."
+        elif cell in SHEET_ERRORS:
+            found = f"'{cell}' (an error of the spreadsheet)"
+            advice = "Mend the formula behind the cell, or remove the row."
         elif folded in {"nan", "na", "n/a", "null", "none"}:
             found, expected = f"'{cell}' (no value)", "a finite number"
         elif folded in {"inf", "infinity"} or is_number(cell.replace(",", ".")):

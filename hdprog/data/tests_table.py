@@ -11,7 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
 
-from hdprog.data.numbers import is_number
+from hdprog.data.numbers import is_number, may_hold_thousands
+from hdprog.data.row_parser import is_comment
 from hdprog.data.text_stream import decode, line_blocks, require_file
 from hdprog.data.text_table import column_sign
 from hdprog.errors import BadInputError
@@ -130,10 +131,10 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
     lines = decode(b"".join(line_blocks(path))).split("\n")
     header = next((line for line in lines if line.strip() and not line.startswith("#")), ",")
     reader = csv.reader((line + "\n" for line in lines), delimiter=column_sign(header))
-    rows = []
+    rows: list[tuple[int, list[str]]] = []
     for cells in reader:
         texts = [cell.strip() for cell in cells]
-        if any(texts) and not texts[0].startswith("#"):
+        if any(texts) and not is_comment(texts, len(rows[0][1]) if rows else 0):
             rows.append((reader.line_num, texts))
     return rows
 
@@ -263,6 +264,15 @@ def _number(
     text = texts.get(name, "")
     if not text:
         return None
+    if may_hold_thousands(text):
+        without = text.replace(",", "")
+        raise _error(
+            path,
+            row,
+            f"{name} = '{text}', whose comma may part thousands or be a decimal sign",
+            f"a number without a comma, like {without} or {without}.0",
+            "Write it without thousands separators, and with a point as the decimal sign.",
+        )
     plain = text.replace(",", ".")
     value = float(plain) if is_number(plain) else math.nan
     if not math.isfinite(value) or value < lowest:

@@ -16,13 +16,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdprog.data.columns import find_columns, find_selection
-from hdprog.data.row_parser import Block, Layout, RowParser, matches, no_data
+from hdprog.data.row_parser import (
+    SHEET_ERRORS,
+    Block,
+    Layout,
+    RowParser,
+    is_comment,
+    matches,
+    no_data,
+)
 from hdprog.data.text_stream import decode, line_blocks
 from hdprog.units import ISO_8601
 
 __all__ = ["read_text_table", "split_line"]
 
 _MOST_ODD_LINES = 10_000
+_SHEET_ERRORS = tuple(error.encode() for error in SHEET_ERRORS)
 
 
 def split_line(line: str, sign: str) -> list[str]:
@@ -109,14 +118,15 @@ class _TextTable:
         self.row += text.count(b"\n")
 
     def finished_layout(self) -> Layout:
-        """Return the layout; refuse a file that had no header or no row of data."""
+        """Return the layout; refuse a file without header or row of data, and thousands."""
         if self.parser is None:
             raise no_data(self.name, None if self.header is None else self.header[0])
+        self.parser.refuse_thousands()
         return self.parser.layout
 
     def _take_head_line(self, line: str) -> bool:
         """Look at a line before the data; tell whether it is the first row of data."""
-        if not line.strip() or line.lstrip().startswith("#"):
+        if not line.strip() or self._is_comment(line):
             return False
         if self.header is None:
             if self.sign is None and line.lower().startswith("sep=") and len(line) == 5:
@@ -136,8 +146,15 @@ class _TextTable:
     def _cells(self, text: bytes) -> Iterator[tuple[int, list[str]]]:
         """Yield row number and cells of each line that is neither blank nor a comment."""
         for row, line in enumerate(text.decode().split("\n")[:-1], start=self.row):
-            if line.strip() and not line.lstrip().startswith("#"):
+            if line.strip() and not self._is_comment(line):
                 yield row, split_line(line, self.sign or ",")
+
+    def _is_comment(self, line: str) -> bool:
+        """Tell whether a line is a comment; above the header any line with # at its front is."""
+        line = line.lstrip()
+        if self.header is None or not line.startswith(SHEET_ERRORS):
+            return line.startswith("#")
+        return is_comment(split_line(line, self.sign or ","), len(self.header[1]))
 
     def _fast(self, text: bytes, parser: RowParser) -> Block | None:
         """Read a block with pandas; None where `RowParser` has to decide."""
@@ -179,7 +196,7 @@ def _plain_rows(
         return None
     for number in odd_lines:
         line = text[starts[number] : ends[number]].strip()
-        if line and not line.startswith(b"#"):
+        if line and (not line.startswith(b"#") or line.startswith(_SHEET_ERRORS)):
             return None
     dropped = set(odd_lines.tolist())
     lines = [line for number, line in enumerate(text.split(b"\n")) if number not in dropped]
@@ -230,7 +247,62 @@ def _parse(text: bytes, sign: str, parser: RowParser, rows: NDArray[np.int64]) -
             values[column.role] = numbers
     except (ValueError, OverflowError):  # pandas' parser errors are ValueErrors
         return None
+    if parser.decimal != ".":
+        _note_commas(text, sign, parser, rows, frame.index.to_numpy())
     return Block(values, rows[frame.index.to_numpy()])
+
+
+def _note_commas(
+    text: bytes,
+    sign: str,
+    parser: RowParser,
+    rows: NDArray[np.int64],
+    kept: NDArray[np.int64],
+) -> None:
+    """Look at the commas of plain rows as `RowParser` does, in those columns still in doubt."""
+    open_columns = [index for index, commas in parser.commas.items() if not commas.decimal]
+    if not open_columns or kept.size == 0:
+        return
+    if sign == "," or b"," not in text:
+        for index in open_columns:
+            parser.commas[index].any_without = True
+        return
+    characters = np.frombuffer(text, dtype=np.uint8)
+    breaks = np.flatnonzero((characters == ord(sign)) | (characters == ord("\n")))
+    ends = breaks.reshape(-1, parser.layout.width)
+    starts = np.concatenate(([0], breaks[:-1] + 1)).reshape(ends.shape)
+    places = np.flatnonzero(characters == ord(","))
+    for index in open_columns:
+        commas = parser.commas[index]
+        start, end = starts[kept, index], ends[kept, index]
+        before = np.searchsorted(places, start)
+        with_comma = np.flatnonzero(np.searchsorted(places, end) > before)
+        commas.any_without = commas.any_without or with_comma.size < kept.size
+        start, end = start[with_comma], end[with_comma]
+        comma = places[before[with_comma]]
+        # All but a few cells are settled at a glance; the first stands for those like thousands.
+        other = np.flatnonzero(~_like_thousands(characters, start, comma, end))
+        for number in (*range(min(1, with_comma.size)), *other.tolist()):
+            cell = text[start[number] : end[number]].decode().strip()
+            commas.note(cell, int(rows[kept[with_comma[number]]]))
+            if commas.decimal:
+                break
+
+
+def _like_thousands(
+    characters: NDArray[np.uint8],
+    start: NDArray[np.int64],
+    comma: NDArray[np.int64],
+    end: NDArray[np.int64],
+) -> NDArray[np.bool_]:
+    """Tell which cells, numbers with one comma, are 1 to 999 with three digits behind it."""
+    first = start + np.isin(characters[start], (ord("+"), ord("-")))
+    before = comma - first
+    like: NDArray[np.bool_] = (before >= 1) & (before <= 3) & (end - comma == 4)
+    like &= (characters[first] >= ord("1")) & (characters[first] <= ord("9"))
+    for place in (end - 2, end - 1):  # an exponent, or a space behind, is no such digit
+        like &= (characters[place] >= ord("0")) & (characters[place] <= ord("9"))
+    return like
 
 
 def _codes(categories: Iterable[str], wanted: frozenset[str]) -> list[int]:

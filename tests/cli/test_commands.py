@@ -76,6 +76,40 @@ def test_fit_hands_on_the_record_the_drive_and_the_effects(
     assert asked["drive"] == "drive of drive.toml"
 
 
+@pytest.mark.parametrize(
+    ("command", "file", "folder"),
+    [
+        ("fit", "12.03.2025_axis2.csv", "hdprog-12.03.2025_axis2"),
+        ("explain", "12.04.2025_axis5.csv", "hdprog-12.04.2025_axis5"),
+        ("compare", "12.05.2025_axis1.TXT", "hdprog-compare-12.05.2025_axis1"),
+    ],
+)
+def test_records_with_dots_in_their_names_are_kept_apart(
+    invoke: Invoke, monkeypatch: pytest.MonkeyPatch, command: str, file: str, folder: str
+) -> None:
+    there = Workflow()
+    put_module(monkeypatch, "hdprog.data.readers", read_loop=lambda *_, **__: "record")
+    put_module(
+        monkeypatch,
+        "hdprog.workflow",
+        fit=there.answer("fit"),
+        explain=there.answer("explain"),
+    )
+    put_module(monkeypatch, "hdprog.comparing", compare=there.answer("compare"))
+    shown = invoke(command, file)
+    assert f"Report: {folder}/report.html" in shown.stdout, shown.stderr
+
+
+def test_a_folder_keeps_its_whole_name(
+    invoke: Invoke, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    there = Workflow()
+    put_module(monkeypatch, "hdprog.workflow", explain=there.answer("explain"))
+    (tmp_path / "cell3.axis1.csv").mkdir()
+    shown = invoke("explain", "cell3.axis1.csv")
+    assert "Report: hdprog-cell3.axis1.csv/report.html" in shown.stdout, shown.stderr
+
+
 def outcome(*lines: str, ok: bool) -> SimpleNamespace:
     return SimpleNamespace(kind="loop", lines=list(lines), ok=ok, as_json=lambda: {"ok": ok})
 

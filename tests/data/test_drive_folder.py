@@ -59,11 +59,28 @@ def test_only_three_columns_are_needed(folder: Path) -> None:
     assert (test.service_hours, test.path) == (12.5, folder / "loops/a.csv")
 
 
+@pytest.mark.parametrize(("cell", "number"), [("12,500", "12500"), ("1,250,000", "1250000")])
+def test_a_comma_that_may_part_thousands_is_refused(folder: Path, cell: str, number: str) -> None:
+    write(folder / "tests.csv", f"test_id;file;service_hours\nt01;loops/a.csv;{cell}\n")
+    message = refused(folder)
+    assert f"tests.csv, row 2: found service_hours = '{cell}'" in message
+    assert f"like {number} or {number}.0" in message
+
+
+def test_commas_that_can_only_be_decimal_signs_are_read(folder: Path) -> None:
+    cells = ("0,500", "12,5", "12,5000", "1250,125")
+    lines = [f't{n},loops/a.csv,"{cell}"' for n, cell in enumerate(cells)]
+    write(folder / "tests.csv", "\n".join(["test_id,file,service_hours", *lines]))
+    hours = [test.service_hours for test in read_drive_folder(folder).tests]
+    assert hours == [0.5, 12.5, 12.5, 1250.125]
+
+
 @pytest.mark.parametrize(
     ("row", "words"),
     [
         ("t01,loops/a.csv,5", "row 3: found test_id 't01' a second time"),
         ("t03,loops/c.csv,5", "does not exist"),
+        ("#N/A,loops/a.csv,5", "test_id '#N/A'"),
         ("t03,../a.csv,5", "outside the drive folder"),
         ("t03,/etc/passwd,5", "outside the drive folder"),
         ("t03,C:\\a.csv,5", "outside the drive folder"),

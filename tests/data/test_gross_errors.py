@@ -51,6 +51,45 @@ def test_wrong_readings_are_drawn_straight(channel: str, where: list[int]) -> No
     assert np.abs(turns - turning_points(loop.torque, time=loop.time)).max() <= 2
 
 
+def stepwise(hold: int, top: int, noise: float) -> Loop:
+    """Dead weights put on and taken off, each side's largest for a few readings only."""
+    levels = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0]
+    held = [(side * level, hold) for side in (1, -1) for level in levels]
+    rise, fall = held[:6], held[6:]
+    course = [*rise, (60.0, top), *rise[::-1], *fall, (-60.0, top), *fall[::-1]]
+    torque = np.concatenate([np.full(readings, level) for level, readings in course])
+    rng = np.random.default_rng(5)
+    twist = torque / 30_000 + 2e-4 * np.tanh(torque / 5) + 2e-6 * rng.standard_normal(torque.size)
+    return Loop(torque=torque + noise * rng.standard_normal(torque.size), angle=twist)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+@pytest.mark.parametrize("top", [1, 2])
+@pytest.mark.parametrize("hold", [3, 10, 20])
+def test_a_short_step_of_dead_weights_is_no_error(hold: int, top: int, noise: float) -> None:
+    loop = stepwise(hold, top, noise)
+    same, wrong = levelled(loop)
+    assert same is loop
+    assert not wrong.any()
+
+
+@pytest.mark.parametrize(
+    ("torque", "angle"),
+    [(10.0, 0.0), (0.0, 5e-4), (10.0, -5e-4), (10.0, 5e-3), (40.0, 3e-4), (150.0, 0.0)],
+)
+@pytest.mark.parametrize("where", [[5], [115], [131], [131, 132], [300]])
+def test_wrong_readings_are_found_beside_such_steps(
+    torque: float, angle: float, where: list[int]
+) -> None:
+    loop = stepwise(20, 2, 0.02)
+    added = np.zeros(len(loop))
+    added[where] = 1.0
+    spoilt = replace(loop, torque=loop.torque + torque * added, angle=loop.angle + angle * added)
+    same, wrong = levelled(spoilt)
+    assert np.flatnonzero(wrong).tolist() == where
+    assert same.torque.max() == pytest.approx(60.0, abs=0.1)
+
+
 def test_a_record_full_of_jumps_is_left_alone() -> None:
     rng = np.random.default_rng(4)
     loop = triangle(400, 0.1)

@@ -113,6 +113,15 @@ def test_an_encoder_that_begins_a_new_turn() -> None:
     assert "new turn" in warned(Loop(torque, np.mod(angle, 2 * np.pi)))
 
 
+def test_an_output_that_passes_from_the_end_of_a_turn_to_the_next() -> None:
+    torque, angle = two_sided()
+    output = np.linspace(6.0, 6.8, torque.size)
+    message = warned(Loop(torque, angle, output_angle=np.mod(output, 2 * np.pi)))
+    assert "The output angle jumps by 6.28 rad" in message
+    assert "leave it out with --columns output_angle=" in message
+    assert warned(Loop(torque, angle, output_angle=output)) == ""
+
+
 def test_gaps_in_time() -> None:
     torque, angle = two_sided()
     time = 0.1 * np.arange(torque.size)

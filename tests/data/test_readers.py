@@ -224,6 +224,10 @@ def test_excel(tmp_path: Path) -> None:
     book.save(path)
     with pytest.raises(BadInputError, match=r"row 50, column 'Torque \[Nm\]'.*'bad'"):
         read_loop(path)
+    sheet["A50"] = "#DIV/0!"
+    book.save(path)
+    with pytest.raises(BadInputError, match=r"row 50, column 'Torque \[Nm\]'.*'#DIV/0!'"):
+        read_loop(path)
     book["empty"]["A1"] = 1
     book.save(path)
     with pytest.raises(BadInputError, match="several sheets"):

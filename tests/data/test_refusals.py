@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 import hdprog.data.text_stream as text_stream
 from hdprog.data.columns import Column
 from hdprog.data.readers import read_loop
-from hdprog.data.row_parser import Layout, RowParser
+from hdprog.data.row_parser import SHEET_ERRORS, Layout, RowParser
 from hdprog.data.text_table import _TextTable
 from hdprog.errors import BadInputError
 from hdprog.units import find_unit
@@ -66,9 +66,61 @@ def test_a_bad_row_is_named(tmp_path: Path, row: int, line: str, words: list[str
         assert word in message
 
 
+@pytest.mark.parametrize("error", SHEET_ERRORS)
+@pytest.mark.parametrize("row", [2, 57])
+@pytest.mark.parametrize("sign", [",", ";", " "])
+def test_a_failed_cell_of_a_spreadsheet_is_no_comment(
+    tmp_path: Path, error: str, row: int, sign: str
+) -> None:
+    text = changed(row, f"{error},0.001").replace(",", sign)
+    message = refused(write(tmp_path / "a.csv", text))
+    assert message.startswith(f"a.csv, row {row}, column 'torque_Nm': found '{error}'")
+    # Remarks may speak of such an error, and a column that is not read may hold one.
+    for remark in (f"{error} in the sheet", f"{error}", f"#{error}{sign}0"):
+        assert len(read_loop(write(tmp_path / "a.csv", changed(row, remark)))) == TORQUE.size - 1
+    lines = [f"{error if n == row else n}{sign}{line}" for n, line in enumerate(LINES[1:])]
+    whole = "\n".join(["n,torque_Nm,angle_rad", *lines]).replace(",", sign)
+    assert len(read_loop(write(tmp_path / "a.csv", whole))) == TORQUE.size
+
+
 def test_rows_are_counted_as_an_editor_does(tmp_path: Path) -> None:
     text = "# one\r\n\r\n" + "\r\n".join([LINES[0], "# four", *LINES[1:30], "oops,1"])
     assert refused(write(tmp_path / "a.csv", text)).startswith("a.csv, row 34, column 'torque_Nm'")
+
+
+def thousands(values: np.ndarray) -> list[str]:
+    return [f"{value:,.0f}" for value in values]
+
+
+@pytest.mark.parametrize("sign", ["\t", ";", "quoted"])
+@pytest.mark.parametrize("block", [257, 8 << 20])
+def test_commas_that_part_thousands_are_no_decimal_signs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sign: str, block: int
+) -> None:
+    monkeypatch.setattr(text_stream, "_BLOCK_BYTES", block)
+    cells = zip(thousands(1e3 * TORQUE), thousands(1e6 * ANGLE), strict=True)
+    text = "torque_mNm;angle_urad\n" + "".join(f"{one};{other}\n" for one, other in cells)
+    if sign == "quoted":
+        text = '"' + text.replace(";", '","').replace("\n", '"\n"')[:-1]
+    message = refused(write(tmp_path / "a.csv", text.replace(";", sign)))
+    assert "column 'torque_mNm': found '1,200', and numbers without a comma" in message
+    assert message.startswith("a.csv, row 5")
+    assert "'1,200' may be 1200 or 1.200" in message
+
+
+def test_decimal_commas_are_read_with_fixed_decimals_and_without_trailing_zeros(
+    tmp_path: Path,
+) -> None:
+    for torque in (
+        [f"{value:.3f}" for value in TORQUE],
+        [f"{value + 100:.3f}" for value in TORQUE],  # no cell below 1 that would show the sign
+        [f"{value:.4g}" for value in TORQUE],
+        [f"{value:.10g}" for value in TORQUE / 3],
+    ):
+        lines = [f"{one};{other:.9g}" for one, other in zip(torque, ANGLE, strict=True)]
+        text = "\n".join(["torque_Nm;angle_rad", *lines]).replace(".", ",")
+        loop = read_loop(write(tmp_path / "a.csv", text))
+        assert loop.torque == pytest.approx([float(cell) for cell in torque])
 
 
 @pytest.mark.parametrize("sign", [".", ","])
@@ -229,6 +281,7 @@ CELL = st.one_of(
     st.integers(-1000, 1000).map(str),
     st.text("0123456789.,eE+-_ xTrueFalsnaif", max_size=6),
     st.sampled_from(["", " 1.5", "1.5 ", "True", "nan", "-inf", "1e5", "1.", ".5", "1e400"]),
+    st.sampled_from(["1,250", "-12,500", "0,125", "1,25", "1,2e5", "1250,125", "25", " 1,250"]),
 )
 
 
@@ -247,6 +300,7 @@ def test_the_fast_way_reads_what_the_careful_way_reads(
             reader._fast = lambda *_: None  # type: ignore[method-assign]
         try:
             blocks = list(reader.read(text))
+            reader.finished_layout()
         except BadInputError as error:
             return str(error)
         return [

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hdprog.units import ISO_8601, find_unit, known_units, parse_header
+from hdprog.units import _UNITS, ISO_8601, find_unit, known_units, parse_header
 
 
 @pytest.mark.parametrize(
@@ -26,6 +26,9 @@ from hdprog.units import ISO_8601, find_unit, known_units, parse_header
         ("Torque [ft·lbf]", "torque", "ft·lbf"),
         ("torsion angle [°]", "torsion_angle", "deg"),
         ("angle_arcmin", "angle", "arcmin"),
+        ("angle [′]", "angle", "arcmin"),
+        ("angle [\u2033]", "angle", "arcsec"),
+        ("angle [′′]", "angle", "arcsec"),
         ("angle [\u00b5rad]", "angle", "urad"),
         ("angle [\u03bcrad]", "angle", "urad"),
         ("output_angle_rad", "output_angle", "rad"),
@@ -93,6 +96,12 @@ def test_every_listed_unit_is_found_again() -> None:
             assert unit is not None
             assert unit.dimension == dimension
     assert find_unit("ISO-8601") is ISO_8601
+
+
+def test_every_spelling_is_one_that_can_be_found() -> None:
+    for unit, spellings in _UNITS:
+        for spelling in spellings:
+            assert find_unit(spelling) is unit
 
 
 @given(st.text(max_size=30))

@@ -1,0 +1,50 @@
+"""Tests whose dates tell another order than their service hours, which decide."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Mapping, Sequence
+
+from hdprog.data.tests_table import DriveTest
+
+__all__ = ["order_doubts"]
+
+
+def order_doubts(tests: Sequence[DriveTest]) -> Mapping[str, str]:
+    """Find tests with more service hours than one of a later date.
+
+    Parameters
+    ----------
+    tests : sequence of DriveTest
+        By service hours.
+
+    Returns
+    -------
+    mapping of str to str
+        Name of a test → what contradicts it, in words. A test that contradicts several others is
+        told of once; a drive that was replaced in between begins with fewer hours.
+    """
+    dated = [(test, test.date) for test in tests if test.date is not None]
+    replaced = [(test, date) for test, date in dated if test.event == "replaced"]
+    told: set[str] = set()
+    found: dict[str, str] = {}
+    for number, (test, date) in enumerate(dated):
+        for other, later in reversed(dated[:number]):
+            if later <= date or other.service_hours == test.service_hours:
+                continue
+            if any(date <= day <= later and new is not test for new, day in replaced):
+                continue
+            if other.test_id not in told:
+                found[test.test_id] = _words(test, date, other, later)
+            told.add(other.test_id)
+            break
+    return found
+
+
+def _words(test: DriveTest, date: datetime.date, other: DriveTest, later: datetime.date) -> str:
+    return (
+        f"By its date, test {test.test_id} ({date}, {test.service_hours:g} h) comes before test "
+        f"{other.test_id} ({later}, {other.service_hours:g} h), and by its service hours after "
+        "it. The hours decide: correct what is wrong in tests.csv, or write replaced as the event "
+        "of the first test of a new drive."
+    )
