@@ -25,8 +25,9 @@ from hdprog.trend.steady_pace import ToldEarly
 from hdprog.trend.temperature import SeenTests
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import StatePrior, to_loop
-from hdprog.trend.wear_prior import WearPrior
+from hdprog.trend.wear_prior import RateAhead, WearPrior
 
+_LEVEL = RateAhead(spread=1.0, drift=0.0)
 _B = NAMES.index("b")
 
 
@@ -114,6 +115,17 @@ class Trend(LinearisedTrend):
         linearised = self.mode.converged or self.met.sampled
         return self.draws.converged and linearised and self.met.converged
 
+    @property
+    def _rate_ahead(self) -> RateAhead:
+        """How the pace of wear changes from now on; as so far where no two tests have shown one.
+
+        That it rises past the last test was found of drives whose pace was seen. Of a drive that
+        was not, the clock's own prior holds what is expected of a whole life.
+        """
+        new = [at for at, test in enumerate(self.tests) if test.event == "replaced"]
+        since = {test.service_hours for test in self.tests[max(new, default=0) :]}
+        return self.wear_prior.rate_ahead if len(since) > 1 else _LEVEL
+
     def paths(
         self,
         hours: FloatArray,
@@ -153,7 +165,7 @@ class Trend(LinearisedTrend):
         states = within_reach(steps, course.states)
         now = at_reference(steps, states[:, -1], course.carried, behind - 1)
         start = (now, course.carried)
-        ahead = simulate_ahead(steps, rng, start, behind, self.wear_prior.rate_ahead)
+        ahead = simulate_ahead(steps, rng, start, behind, self._rate_ahead)
         present = now[:, _B]
         floor = self.wear_prior.floor(np.exp(present), rng.uniform(size=present.size))
         ahead = worn_ahead(steps, now, ahead, floor)

@@ -9,10 +9,13 @@ import pytest
 
 from hdprog.physics.parameters import NAMES
 from hdprog.trend.ahead import simulate_ahead, wear_out
+from hdprog.trend.fitting import fit_trend
 from hdprog.trend.kalman_filter import RATE
 from hdprog.trend.state_space import Steps
 from hdprog.trend.wear_prior import RateAhead, read_wear_prior
+from tests.trend.stand_in import PRIOR, wearing_drive
 
+B = NAMES.index("b")
 FINE = 400
 REACHED = np.linspace(1.0, 2.0, FINE + 1)  # expected wear, from one unit to two
 
@@ -126,3 +129,24 @@ def test_a_walking_loading_spreads_the_state_as_its_integral_does() -> None:
     variance = np.sum(gained * (beyond**2 + beyond * gone + gone**2 / 3))
     assert found.mean() == pytest.approx(1.0, abs=5 * np.sqrt(variance / 20_000))
     assert found.std() == pytest.approx(np.sqrt(variance), rel=0.025)
+
+
+def test_a_drive_whose_pace_was_not_seen_is_not_expected_to_wear_ever_faster() -> None:
+    """One test of a new drive: makers rate such gears for thousands of hours."""
+    rng = np.random.default_rng(3)
+    hours = np.array([0.0, 100.0, 1000.0])
+    (first, second) = wearing_drive(rng, np.array([0.0, 0.1]), np.array([0.0, 300.0]))
+    for tests, shown in (((first,), False), ((first, second), True)):
+        trend = fit_trend(tests, PRIOR, read_wear_prior(), np.random.default_rng(1), quick=True)
+        expected = trend.wear_prior.rate_ahead
+        assert (trend._rate_ahead == expected) is shown
+        if not shown:
+            paths = trend.paths(hours, np.random.default_rng(2), 2000)
+            gone = paths[:, 0, B] - paths[:, 1, B]
+            # Half a unit of wear, by the middle loading of b, in a hundred hours.
+            assert np.mean(gone > 1.3) < 0.2
+    again = replace(second, event="replaced")
+    trend = fit_trend(
+        (first, again), PRIOR, read_wear_prior(), np.random.default_rng(1), quick=True
+    )
+    assert trend._rate_ahead.drift == 0.0
