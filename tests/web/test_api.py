@@ -10,6 +10,7 @@ from starlette.testclient import TestClient
 
 from hdprog.data.check import check_path
 from hdprog.store import workers
+from hdprog.web.api.models import DriveFile
 from tests.web.conftest import ClientOf, service_in
 
 DRIVE = {
@@ -56,6 +57,17 @@ def test_the_address_of_a_drive_is_quoted(api: TestClient, name: str) -> None:
     assert api.get(made.headers["location"]).json()["drive"]["id"] == name
     again = api.put(made.headers["location"], json={"drive": {"id": name}})
     assert again.json() == made.json()
+
+
+def test_what_is_null_is_not_declared() -> None:
+    """TOML has no null: one that is kept could be neither shown in the settings nor exported."""
+    given = {"drive": {"id": "x", "model": None}, "forecast": {"next_shutdown_hours": None}}
+    limit = {"quantity": "preload_Nm", "below": 30.0, "at_torque_Nm": None}
+    assert DriveFile.model_validate({**given, "limits": [limit]}).declared == {
+        "drive": {"id": "x"},
+        "forecast": {},
+        "limits": [{"quantity": "preload_Nm", "below": 30.0}],
+    }
 
 
 def test_a_drive_that_cannot_be_is_refused_in_words(api: TestClient) -> None:

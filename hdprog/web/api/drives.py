@@ -43,7 +43,7 @@ def make_drive(
 ) -> DriveMade:
     """Make a drive of the content of a drive.toml."""
     with service_of(request).store.writing() as session:
-        drive = add_drive(session, who.actor, content.model_dump(exclude_unset=True))
+        drive = add_drive(session, who.actor, content.declared)
         made = _made(drive)
     response.headers["location"] = f"/api/v1{made.url}"
     return made
@@ -62,7 +62,7 @@ def declare_drive(
     afterwards.add_task(service.read_anew, drive_id)
     with service.store.writing() as session:
         drive = drive_named(session, drive_id)
-        change_drive(session, who.actor, drive, content.model_dump(exclude_unset=True))
+        change_drive(session, who.actor, drive, content.declared)
         if drive.tests:
             service.ask(session, who.actor, drive, None)
         return _made(drive)

@@ -17,6 +17,14 @@ class Problem(BaseModel):
     problems: list[str]
 
 
+def _without_nulls(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _without_nulls(one) for name, one in value.items() if one is not None}
+    if isinstance(value, list):
+        return [_without_nulls(one) for one in value]
+    return value
+
+
 class DriveFile(BaseModel):
     """The content of a drive.toml as JSON; its parts are checked as the file's are."""
 
@@ -34,6 +42,12 @@ class DriveFile(BaseModel):
 
     drive: dict[str, Any]
     limits: list[dict[str, Any]] = []
+
+    @property
+    def declared(self) -> dict[str, Any]:
+        """What is given, without nulls: TOML has none, and leaving out says the same."""
+        given: dict[str, Any] = _without_nulls(self.model_dump(exclude_unset=True))
+        return given
 
 
 class DriveMade(BaseModel):
