@@ -64,9 +64,13 @@ def follow(course: Course, driven_by: FloatArray, constant: FloatArray) -> Float
 
 
 def follow_two(
-    course: Course, driven_by: FloatArray, constant: FloatArray, doublings: int
+    course: Course,
+    driven_by: FloatArray,
+    constant: FloatArray,
+    doublings: int,
+    share: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Mean of two followers of one course, and how what the slow one was left with fades.
+    """Weighted mean of two followers of one course, and how what the slow one was left with fades.
 
     As two calls of `follow`, in two thirds of the time.
 
@@ -76,6 +80,7 @@ def follow_two(
     driven_by : (draws, samples) or (1, samples) u
     constant : (draws, 1) τ of the quick one in s
     doublings : of τ, to that of the slow one
+    share : (draws, 1) weight of the quick one
 
     Returns
     -------
@@ -94,8 +99,11 @@ def follow_two(
     np.multiply(np.diff(slow_growth, axis=1), ratio * rate, out=behind.imag)
     np.cumsum(behind, axis=1, out=behind)
     both = behind.real / quick_growth[:, 1:]
-    both += behind.imag / slow_growth[:, 1:]
-    both *= -0.5 * quick
+    both *= share
+    slow = behind.imag / slow_growth[:, 1:]
+    slow *= 1.0 - share
+    both += slow
+    both *= -quick
     mean = np.empty_like(slow_growth)
     mean[:, 0] = driven_by[:, 0]
     np.add(driven_by[:, 1:], both, out=mean[:, 1:])

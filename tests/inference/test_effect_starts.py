@@ -100,6 +100,7 @@ PLANTED: dict[str, dict[str, tuple[float, float]]] = {
     "creep": {
         "amplitude": (8e-5, 3e-5),
         "time_constant": (6.0, 4.0),
+        "quick_share": (0.5, 0.4),
         "left_before": (0.1, 0.15),
     },
     "backlash": {"play": (3e-4, 1e-4), "width": (0.7, 0.5)},

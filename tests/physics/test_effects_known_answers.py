@@ -246,7 +246,12 @@ def test_creep_is_the_step_response_and_its_recovery() -> None:
     time = np.concatenate([[-1.0, -1e-6], grown, [60 + 1e-6], np.linspace(60.5, 120, 120)])
     torque = np.where((time >= 0) & (time <= 60), 50.0, 0.0)
     found = added(
-        "creep", course_of(torque, time), amplitude=2e-5, time_constant=9.0, left_before=0.0
+        "creep",
+        course_of(torque, time),
+        amplitude=2e-5,
+        time_constant=9.0,
+        quick_share=0.5,
+        left_before=0.0,
     )
 
     def response(after: FloatArray) -> FloatArray:
@@ -261,14 +266,18 @@ def test_creep_is_the_step_response_and_its_recovery() -> None:
 def test_creep_forgets_what_earlier_loads_left() -> None:
     torque, time = zigzag(0, 50, 0), np.linspace(0, 200, 81)
     course = course_of(torque, time)
-    with_rest = added("creep", course, amplitude=2e-5, time_constant=5.0, left_before=0.5)
-    left = with_rest - added("creep", course, amplitude=2e-5, time_constant=5.0, left_before=0.0)
+    with_rest = added(
+        "creep", course, amplitude=2e-5, time_constant=5.0, quick_share=0.5, left_before=0.5
+    )
+    left = with_rest - added(
+        "creep", course, amplitude=2e-5, time_constant=5.0, quick_share=0.5, left_before=0.0
+    )
     np.testing.assert_allclose(left, 1e-5 * np.exp(-time / 40), atol=1e-18)
 
 
 def test_creep_lags_a_slow_ramp_by_its_time_constants() -> None:
     torque, time = zigzag(0, 50, samples=400), np.linspace(0, 1000, 401)
-    values = {"amplitude": 2e-5, "time_constant": 5.0, "left_before": 0.0}
+    values = {"amplitude": 2e-5, "time_constant": 5.0, "quick_share": 0.5, "left_before": 0.0}
     found = added("creep", course_of(torque, time), **values)
     assert found[-1] == pytest.approx(2e-5 * (1 - 0.5 * 5 / 1000 - 0.5 * 40 / 1000), rel=1e-6)
 
@@ -392,8 +401,10 @@ def test_two_followers_at_once_are_each_of_them(constant: float) -> None:
     course = course_of(np.linspace(0, 50, 61), time)
     driven = np.cumsum(rng.standard_normal((2, 61)), axis=1)
     quick = resolved(course, np.array([[constant], [3.0]]), 1 / 400)
-    mean, fading = follow_two(course, driven, quick, 3)
-    wanted = 0.5 * (follow(course, driven, quick) + follow(course, driven, 8 * quick))
+    share = np.array([[0.3], [1.0]])
+    mean, fading = follow_two(course, driven, quick, 3, share)
+    alone, slow = follow(course, driven, quick), follow(course, driven, 8 * quick)
+    wanted = share * alone + (1.0 - share) * slow
     np.testing.assert_allclose(mean, wanted, rtol=0, atol=1e-11)
     np.testing.assert_allclose(fading, np.exp(-time / (8 * quick)), rtol=1e-12)
 

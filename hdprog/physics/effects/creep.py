@@ -11,12 +11,12 @@ _DOUBLINGS = 3  # of the quick time constant, to the slow one
 
 
 class Creep(Effect):
-    """C·½(x_1 + x_2), τ_i dx_i/dt = T/T_max − x_i, with τ and 8τ.
+    """C·(q x_1 + (1 − q) x_2), τ_i dx_i/dt = T/T_max − x_i, with τ and 8τ.
 
     Two Kelvin-Voigt elements in series (a Prony series; Ferry, Viscoelastic Properties of Polymers,
-    1980), wide enough apart to stand for a spectrum of times: one record does not fix the shares.
-    At the first sample they are in balance with the torque, but for a part h of C that earlier
-    loads have left, which fades with 8τ.
+    1980), wide enough apart to stand for a spectrum of times; with q = 1 there is one alone. At the
+    first sample they are in balance with the torque, but for a part h of C that earlier loads have
+    left, which fades with 8τ.
     """
 
     id = "creep"
@@ -41,6 +41,7 @@ class Creep(Effect):
                 1.1,
                 grid=(-1.8, -0.9, 0.0, 0.9, 1.8),
             ),
+            EffectParameter("quick_share", "-", "part of it in the quick element", "between", 0, 1),
             EffectParameter(
                 "left_before", "-", "part of it left by earlier loads", "normal", 0.0, 0.4
             ),
@@ -49,7 +50,8 @@ class Creep(Effect):
     def evaluate(self, course: Course, values: Values, angle: FloatArray) -> FloatArray:
         """See `Effect.evaluate`."""
         load = course.load[None, :]
-        shape, fading = follow_two(course, load, values["time_constant"], _DOUBLINGS)
+        share = values["quick_share"]
+        shape, fading = follow_two(course, load, values["time_constant"], _DOUBLINGS, share)
         fading *= values["left_before"]
         shape += fading
         shape *= values["amplitude"]
