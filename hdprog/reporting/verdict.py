@@ -266,13 +266,25 @@ def _rests_on(result: DriveResult) -> list[str]:
             f"With {counted(2, 'test')} the pace of wear still leans on {carrier}: expect the "
             "interval to move with the next test."
         )
-    missed = [quantity(key).name for key in _missed(result)]
-    if missed:
-        said.append(
-            f"The trend does not reproduce what the last test says of {listed(missed)}: read the "
-            f"warnings before you rely on its forecast of {agree(len(missed), 'it', 'them')}."
-        )
+    missed, passed_by = _missed(result), _passed_by(result)
+    for keys, what in (
+        (missed, "The trend does not reproduce what the last test says of"),
+        ([key for key in passed_by if key not in missed], "The trend passes by some tests of"),
+    ):
+        if keys:
+            said.append(
+                f"{what} {listed(quantity(key).name for key in keys)}: read the warnings before "
+                f"you rely on its forecast of {agree(len(keys), 'it', 'them')}."
+            )
     return said
+
+
+def _passed_by(result: DriveResult) -> list[str]:
+    """Keys of figures with a limit whose course leaves tests aside."""
+    if result.trend is None:
+        return []
+    limited = {limit.key for limit in result.drive.limits}
+    return [key for key, one in result.trend.figures.items() if key in limited and off_course(one)]
 
 
 def _missed(result: DriveResult) -> list[str]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from hdprog.config import ReportSettings
 from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.trend_words import off_course, trend_warnings
+from hdprog.reporting.verdict import verdict
 from hdprog.results import NotReproduced
 from tests.reporting.drives import wearing
 
@@ -69,3 +70,16 @@ def test_regreasing_is_told() -> None:
     ]
     (said,) = [text for text in trend_warnings(result.trend, tests) if "regreased" in text]
     assert said.startswith("The drive was regreased before test t03: friction starts anew")
+
+
+def test_the_verdict_says_that_the_course_passes_tests_by() -> None:
+    result = wearing(count=6)
+    assert result.trend is not None
+    (key,) = result.trend.figures
+    course = result.trend.figures[key]
+    moved = course.test_quantiles.copy()
+    moved[:, 2] *= 0.6
+    trend = replace(result.trend, figures={key: replace(course, test_quantiles=moved)})
+    said = " ".join(verdict(replace(result, trend=trend)).sentences)
+    assert "The trend passes by some tests of lost motion: read the warnings" in said
+    assert "passes by" not in " ".join(verdict(result).sentences)
