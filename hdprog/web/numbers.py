@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import re
-
+from hdprog.data.numbers import may_hold_thousands
 from hdprog.errors import BadInputError
-
-_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
 
 
 def number_of(text: str, where: str) -> float:
@@ -19,7 +16,7 @@ def number_of(text: str, where: str) -> float:
     ValueError
         for text that is no number
     """
-    if _THOUSANDS.fullmatch(text):
+    if may_hold_thousands(text):
         whole, _, decimals = text.rpartition(",")
         plain = text.replace(",", "")
         raise BadInputError(

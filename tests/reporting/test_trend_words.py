@@ -8,7 +8,7 @@ from hdprog.config import ReportSettings
 from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.trend_words import off_course, trend_warnings
 from hdprog.reporting.verdict import verdict
-from hdprog.results import NotReproduced
+from hdprog.results import DriveResult, NotReproduced
 from tests.reporting.drives import wearing
 
 FOUND = NotReproduced(
@@ -44,16 +44,25 @@ def test_one_test_is_named_by_itself() -> None:
     assert f"of test {result.tests[1].test_id}: for" in trend_warnings(trend, result.tests)[-1]
 
 
-def test_tests_that_the_course_passes_by_are_named() -> None:
-    """An effect that came at once: the course goes half-way between before and after."""
+def passing_by() -> DriveResult:
+    """A drive whose course has two thirds more than its third test."""
     result = wearing(count=6)
     assert result.trend is not None
     (key,) = result.trend.figures
     course = result.trend.figures[key]
     moved = course.test_quantiles.copy()
     moved[:, 2] *= 0.6
-    bent = replace(course, test_quantiles=moved)
-    trend = replace(result.trend, figures={key: bent})
+    figures = {key: replace(course, test_quantiles=moved)}
+    return replace(result, trend=replace(result.trend, figures=figures))
+
+
+def test_tests_that_the_course_passes_by_are_named() -> None:
+    """An effect that came at once: the course goes half-way between before and after."""
+    straight, result = wearing(count=6), passing_by()
+    assert straight.trend is not None
+    assert result.trend is not None
+    (key,) = result.trend.figures
+    course, bent, trend = straight.trend.figures[key], result.trend.figures[key], result.trend
     assert off_course(course) == []
     assert off_course(bent) == [2]
     (said,) = [text for text in trend_warnings(trend, result.tests) if "passes by" in text]
@@ -73,13 +82,6 @@ def test_regreasing_is_told() -> None:
 
 
 def test_the_verdict_says_that_the_course_passes_tests_by() -> None:
-    result = wearing(count=6)
-    assert result.trend is not None
-    (key,) = result.trend.figures
-    course = result.trend.figures[key]
-    moved = course.test_quantiles.copy()
-    moved[:, 2] *= 0.6
-    trend = replace(result.trend, figures={key: replace(course, test_quantiles=moved)})
-    said = " ".join(verdict(replace(result, trend=trend)).sentences)
+    said = " ".join(verdict(passing_by()).sentences)
     assert "The trend passes by some tests of lost motion: read the warnings" in said
-    assert "passes by" not in " ".join(verdict(result).sentences)
+    assert "passes by" not in " ".join(verdict(wearing(count=6)).sentences)
