@@ -82,7 +82,8 @@ def overview(result: DriveResult) -> Table:
         "note",
     )
     caption = (
-        "What was measured. Error: root mean square of measured minus fitted angle, all readings; "
+        "What was measured. Error: root mean square of measured minus fitted angle, without the "
+        "readings set aside; "
         "where it is near the noise floor, the model accounts for the loop."
     )
     return Table.flat(caption, columns, rows)
