@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hdprog.physics.parameters import FloatArray
 from hdprog.reporting.words import agree, figure_interval, listed, quantity, with_unit
 from hdprog.results import LEVELS, FigureTrend, NotReproduced, TestResult, TrendSummary
 
@@ -29,16 +30,20 @@ def off_course(course: FigureTrend) -> list[int]:
 
     Their 90 % intervals do not meet the course's, and their medians are a tenth of it away.
     """
-    at = [np.interp(course.test_hours, course.hours, row) for row in course.quantiles]
-    own = course.test_quantiles
+    at, own = _at_tests(course), course.test_quantiles
     apart = (own[0] > at[-1]) | (own[-1] < at[0])
     far = np.abs(own[_MEDIAN] - at[_MEDIAN]) > _REMOUNTED * np.abs(at[_MEDIAN])
     return [int(test) for test in np.flatnonzero(apart & far)]
 
 
+def _at_tests(course: FigureTrend) -> FloatArray:
+    """(levels, tests) of the course at the hours of the tests."""
+    return np.array([np.interp(course.test_hours, course.hours, row) for row in course.quantiles])
+
+
 def _off_course(key: str, course: FigureTrend, off: Sequence[int], names: Sequence[str]) -> str:
     figure = quantity(key)
-    at = np.array([np.interp(course.test_hours, course.hours, row) for row in course.quantiles])
+    at = _at_tests(course)
     gap = np.abs(course.test_quantiles[_MEDIAN] - at[_MEDIAN])
     worst = max(off, key=lambda test: gap[test])
     ends = [
