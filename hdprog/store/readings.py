@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from sqlalchemy import select
@@ -12,6 +12,7 @@ from hdprog.store.tables import DriveRow, TestRow
 
 _SECTIONS = ("columns", "select")
 _KEY = "read_with"
+_PROBLEMS = "unreadable"
 
 
 def reading_of(content: Mapping[str, Any]) -> dict[str, Any]:
@@ -24,6 +25,11 @@ def with_reading(quality: Mapping[str, Any], content: Mapping[str, Any]) -> dict
     return {**quality, _KEY: reading_of(content)}
 
 
+def with_problems(quality: Mapping[str, Any], problems: Sequence[str]) -> dict[str, Any]:
+    """Note in a read-out of earlier settings why those of now make none."""
+    return {**quality, _PROBLEMS: list(problems)}
+
+
 def is_current(quality: Mapping[str, Any], content: Mapping[str, Any]) -> bool:
     """Tell whether a read-out was made with the settings of now."""
     found = reading_of(content)
@@ -31,7 +37,10 @@ def is_current(quality: Mapping[str, Any], content: Mapping[str, Any]) -> bool:
 
 
 def note_reading(session: Session, drive: DriveRow, content: Mapping[str, Any]) -> None:
-    """Note in read-outs of versions that did not, which settings they were made with.
+    """Have read-outs say which settings they were made with, before these change.
+
+    Those of earlier versions did not. What could not be read with the settings of until then may be
+    with others.
 
     Parameters
     ----------
@@ -40,5 +49,5 @@ def note_reading(session: Session, drive: DriveRow, content: Mapping[str, Any]) 
     content : of its drive.toml until then
     """
     for test in session.scalars(select(TestRow).where(TestRow.drive_id == drive.id)):
-        if _KEY not in test.quality:
-            test.quality = with_reading(test.quality, content)
+        kept = {key: value for key, value in test.quality.items() if key != _PROBLEMS}
+        test.quality = kept if _KEY in kept else with_reading(kept, content)

@@ -21,7 +21,7 @@ from hdprog.store import jobs
 from hdprog.store.audit import Actor
 from hdprog.store.drives import content_of, find_drive
 from hdprog.store.files import free_bytes
-from hdprog.store.readings import is_current, reading_of, with_reading
+from hdprog.store.readings import is_current, reading_of, with_problems, with_reading
 from hdprog.store.store import Store
 from hdprog.store.tables import DriveRow, JobRow, SettingRow, TestRow, TokenRow
 from hdprog.store.tables.base import now
@@ -37,6 +37,7 @@ from hdprog.store.uploads import (
 
 _SECRET = "form secret"
 _LEAST_FREE = 1 << 30  # bytes of disk below which nothing more is taken in
+_READ_IN_ORDER = ("accepted", "preview", "removed")
 
 
 class UnreadableError(Exception):
@@ -162,13 +163,10 @@ class Service:
             if drive is None:
                 return
             content = content_of(drive)
-            tests = [
-                *list_tests(session, drive, "accepted"),
-                *list_tests(session, drive, "preview"),
-            ]
             stale = [
                 (test.id, test.sha256, test.file_name)
-                for test in tests
+                for state in _READ_IN_ORDER  # the accepted first: the others are compared with them
+                for test in list_tests(session, drive, state)
                 if not is_current(test.quality, content)
             ]
         for number, digest, name in stale:
@@ -190,7 +188,7 @@ class Service:
             ):
                 return False
             if found.problems:
-                test.quality = {**test.quality, "unreadable": list(found.problems)}
+                test.quality = with_problems(test.quality, found.problems)
                 return True
             doubted = self._doubt(session, drive, content, found, test)
             test.quality = with_reading({**found.quality, "doubt": doubted}, content)

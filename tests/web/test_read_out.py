@@ -199,3 +199,77 @@ def test_a_renewal_that_other_settings_overtook_changes_nothing(
     monkeypatch.setattr(service.readers, "read", slowly)
     service.read_anew("overtaken")
     assert stiffness(api, uid) == soft
+
+
+def waits(client: TestClient, name: str, record: bytes) -> str:
+    """Upload a record that waits to be looked at."""
+    form = csrf_of(client.get("/drives/new").text)
+    sent = {"files": ("a.csv", record)}
+    page = client.post(f"/drives/{name}/uploads", data={"csrf": form}, files=sent).text
+    return page.split('<h2 id="')[1].split('"')[0]
+
+
+def accepting(client: TestClient, name: str, uid: str) -> Any:
+    form = csrf_of(client.get("/drives/new").text)
+    said = {"csrf": form, f"{uid}-service_hours": "123.5"}
+    return client.post(f"/drives/{name}/uploads/accept", data=said, follow_redirects=False)
+
+
+def state(api: TestClient, uid: str) -> str:
+    with service_in(api).store.reading() as session:
+        test = find_test(session, uid)
+        assert test is not None
+        return test.state
+
+
+def test_removed_tests_are_read_anew_too(api: TestClient, person: ClientOf, record: bytes) -> None:
+    make(api, "removed", MRAD)
+    client = person("engineer")
+    uid = upload(api, "removed", record)["test_uid"]
+    soft = stiffness(api, uid)
+    form = csrf_of(client.get("/drives/new").text)
+    client.post(f"/tests/{uid}", data={"csrf": form, "remove": "yes"})
+    assert state(api, uid) == "removed"
+    assert api.put("/api/v1/drives/removed", json=declared("removed", RAD)).status_code == 200
+    assert stiffness(api, uid) == pytest.approx(soft / 1000, rel=1e-6)
+    assert state(api, uid) == "removed"
+    assert "earlier settings" not in client.get(f"/tests/{uid}").text
+
+
+def test_a_record_that_cannot_be_read_any_more_is_not_accepted(
+    api: TestClient, person: ClientOf, record: bytes
+) -> None:
+    make(api, "unreadable", MRAD)
+    client = person("engineer")
+    uid = waits(client, "unreadable", record)
+    other = declared("unreadable", RAD) | {"columns": {"torque": "X:Nm", "angle": "Y:rad"}}
+    assert api.put("/api/v1/drives/unreadable", json=other).status_code == 200
+    answer = accepting(client, "unreadable", uid)
+    assert answer.status_code == 422
+    assert "Not accepted yet" in answer.text
+    assert "With the settings of now it cannot be read" in answer.text
+    assert "/drives/unreadable/settings" in answer.text
+    assert 'value="123.5"' in answer.text
+    assert state(api, uid) == "preview"
+    back = api.put("/api/v1/drives/unreadable", json=declared("unreadable", MRAD))
+    assert back.status_code == 200
+    assert accepting(client, "unreadable", uid).status_code == 303
+    assert state(api, uid) == "accepted"
+
+
+def test_a_record_that_was_not_read_anew_yet_is_shown_before_it_is_accepted(
+    api: TestClient, person: ClientOf, record: bytes
+) -> None:
+    make(api, "not-yet", MRAD)
+    client = person("engineer")
+    uid = waits(client, "not-yet", record)
+    soft = stiffness(api, uid)
+    renamed(api, "not-yet", RAD)  # and whoever should have read it anew was killed
+    answer = accepting(client, "not-yet", uid)
+    assert answer.status_code == 422
+    assert "read anew" in answer.text
+    assert "no other record is compared with it" not in answer.text
+    assert 'value="123.5"' in answer.text
+    assert stiffness(api, uid) == pytest.approx(soft / 1000, rel=1e-6)
+    assert state(api, uid) == "preview"
+    assert accepting(client, "not-yet", uid).status_code == 303

@@ -12,7 +12,7 @@ from starlette.responses import RedirectResponse, Response
 from hdprog.errors import BadInputError
 from hdprog.store.drives import content_of
 from hdprog.store.readings import is_current
-from hdprog.store.tables import DriveRow
+from hdprog.store.tables import DriveRow, TestRow
 from hdprog.store.uploads import TestFacts, accept, find_test, list_tests, readable_name, remove
 from hdprog.web.facts import read_facts
 from hdprog.web.lookup import drive_named
@@ -99,22 +99,36 @@ def _accept(request: Request, who: Identity, drive_id: str, form: FormData) -> R
     with service.store.writing() as session:
         drive = drive_named(session, drive_id)
         waiting = list_tests(session, drive, "preview")
+        said_of = [test for test in waiting if f"{test.uid}-service_hours" in texts]
         facts = {
             test.uid: _facts_of(test.uid, texts, test.quality.get("doubt"), problems)
-            for test in waiting
-            if f"{test.uid}-service_hours" in texts
+            for test in said_of
         }
+        content = content_of(drive)
+        stale = [test for test in said_of if not is_current(test.quality, content)]
+        problems |= {test.uid: _words_of_stale(test) for test in stale}
         if not problems:
             for test in waiting:
                 said = facts.get(test.uid)
                 if said is not None:
                     accept(session, who.actor, test, said)
                     last = service.ask(session, who.actor, drive, test)
+    if stale:
+        service.read_anew(drive_id)
     if problems:
         return _page(request, who, drive_id, [], [], problems, texts, 422)
     if last is not None and len(facts) == 1:
         return RedirectResponse(f"/jobs/{last.id}?said=accepted", 303)
     return RedirectResponse(f"/drives/{drive_id}?said=accepted", 303)
+
+
+def _words_of_stale(test: TestRow) -> str:
+    return (
+        f"{test.file_name}: found what was read with earlier settings of the drive's columns and "
+        "rows; expected what those of now make of it. It was read anew: look at what stands below "
+        "and accept it. Where that says why it cannot be read, put the drive's settings right, or "
+        "discard the record."
+    )
 
 
 def _facts_of(
