@@ -19,21 +19,24 @@ class UnknownError(Exception):
     """
 
 
-def drive_named(session: Session, name: str, *, with_result: bool = False) -> DriveRow:
+def drive_named(
+    session: Session, name: str, *, with_result: bool = False, alone: bool = False
+) -> DriveRow:
     """Find a drive.
 
     Parameters
     ----------
-    session : for looking up
+    session : for looking up, or of a change
     name : the drive's id
     with_result : it must have been analysed
+    alone : others who change the drive wait until this change is done
 
     Raises
     ------
     UnknownError
         where there is none
     """
-    drive = find_drive(session, name)
+    drive = find_drive(session, name, alone=alone)
     if drive is None:
         raise UnknownError(
             f"drive: found no drive {name!r}; expected one that is in the fleet. Look it up there, "

@@ -34,6 +34,7 @@ from hdprog.store.uploads import (
     readable_name,
     refresh_counts,
 )
+from hdprog.web.lookup import drive_named
 
 _SECRET = "form secret"
 _LEAST_FREE = 1 << 30  # bytes of disk below which nothing more is taken in
@@ -113,45 +114,46 @@ class Service:
             for a record that cannot be used
         BadInputError
             for facts that cannot be
+        UnknownError
+            for a drive that is not there
         """
         facts.check()
         name = readable_name(file_name)
-        with self.store.reading() as session:
-            drive = find_drive(session, drive_name)
-            if drive is None:
-                raise LookupError(drive_name)
-            number, content = drive.id, content_of(drive)
         incoming, digest, size = self.store.files.receive(stream)
         try:
-            found = self.readers.read(incoming, name, content)
-            if found.problems:
-                raise UnreadableError(found.problems)
-            self.store.files.keep(incoming, digest)
-            atomic_write_text(self.store.files.picture(digest, number), found.picture)
+            while True:  # once, unless the settings change while the record is read
+                with self.store.reading() as session:
+                    content = content_of(drive_named(session, drive_name))
+                found = self.readers.read(incoming, name, content)
+                if found.problems:
+                    raise UnreadableError(found.problems)
+                with self.store.writing() as session:
+                    drive = drive_named(session, drive_name, alone=True)
+                    if reading_of(content_of(drive)) != reading_of(content):
+                        continue
+                    known = find_record(session, drive, digest)
+                    counted = known is not None and known.state == "accepted"
+                    doubted = self._doubt(session, drive, content, found, known)
+                    test, new = add_test(
+                        session,
+                        actor,
+                        drive,
+                        facts,
+                        file_name=name,
+                        sha256=digest,
+                        size=size,
+                        quality=with_reading({**found.quality, "doubt": doubted}, content),
+                        accepted=accepted,
+                    )
+                    job = jobs.job_of_test(session, test)
+                    if accepted and (job is None or not counted):  # one of before does not hold it
+                        job = self.ask(session, actor, drive, test)
+                    # Last: what is refused leaves no file, what is written down has its own.
+                    self.store.files.keep(incoming, digest)
+                    atomic_write_text(self.store.files.picture(digest, drive.id), found.picture)
+                    return Taken(test, job, new, doubted)
         finally:
             incoming.unlink(missing_ok=True)
-        with self.store.writing() as session:
-            row = find_drive(session, drive_name, alone=True)
-            if row is None:
-                raise LookupError(drive_name)
-            known = find_record(session, row, digest)
-            counted = known is not None and known.state == "accepted"
-            doubted = self._doubt(session, row, content, found, known)
-            test, new = add_test(
-                session,
-                actor,
-                row,
-                facts,
-                file_name=name,
-                sha256=digest,
-                size=size,
-                quality=with_reading({**found.quality, "doubt": doubted}, content),
-                accepted=accepted,
-            )
-            job = jobs.job_of_test(session, test)
-            if accepted and (job is None or not counted):  # a job of before does not hold it
-                job = self.ask(session, actor, row, test)
-            return Taken(test, job, new, doubted)
 
     def read_anew(self, drive_name: str) -> None:
         """Read the records of a drive whose read-out was made with earlier settings.

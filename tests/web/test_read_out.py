@@ -273,3 +273,37 @@ def test_a_record_that_was_not_read_anew_yet_is_shown_before_it_is_accepted(
     assert stiffness(api, uid) == pytest.approx(soft / 1000, rel=1e-6)
     assert state(api, uid) == "preview"
     assert accepting(client, "not-yet", uid).status_code == 303
+
+
+def test_settings_that_change_while_a_record_is_read_are_the_ones_it_is_read_with(
+    api: TestClient, record: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make(api, "meanwhile", MRAD)
+    soft = stiffness(api, upload(api, "meanwhile", record)["test_uid"])
+    readers = service_in(api).readers
+    read = readers.read
+
+    def slowly(path: Path, name: str, content: Any) -> Any:
+        found = read(path, name, content)
+        renamed(api, "meanwhile", RAD)
+        return found
+
+    monkeypatch.setattr(readers, "read", slowly)
+    uid = upload(api, "meanwhile", b"# another\n" + record, "2")["test_uid"]
+    assert stiffness(api, uid) == pytest.approx(soft / 1000, rel=1e-6)
+
+
+def test_a_refused_upload_leaves_no_file(api: TestClient, record: bytes) -> None:
+    make(api, "no-file", MRAD)
+    files = service_in(api).store.files
+    sent = {"service_hours": "1", "test_id": "t01"}
+
+    def send(data: bytes) -> int:
+        file = {"file": ("a.csv", io.BytesIO(data))}
+        return api.post("/api/v1/drives/no-file/tests", files=file, data=sent).status_code
+
+    assert send(b"# first\n" + record) == 202
+    before = sorted(files.raw.rglob("*"))
+    assert send(b"# the id is taken\n" + record) == 422
+    assert sorted(files.raw.rglob("*")) == before
+    assert not list(files.incoming.glob("*.part"))
