@@ -25,6 +25,7 @@ _AGAIN_SECONDS = 1.0
 _WAIT_SECONDS = 30.0  # for another writer, before a write fails
 _CONNECTIONS = 20
 _WRITES = "hdprog_writes"
+_UPGRADES = 0x6864_7072_6F67  # "hdprog": the lock of whoever changes the tables
 
 
 class Database:
@@ -44,8 +45,8 @@ class Database:
         self.url = normalised(url)
         self.engine = _engine(self.url)
         self._readers = sessionmaker(self.engine, expire_on_commit=False)
-        writer = self.engine.execution_options(**{_WRITES: True})
-        self._writers = sessionmaker(writer, expire_on_commit=False)
+        self._writer = self.engine.execution_options(**{_WRITES: True})
+        self._writers = sessionmaker(self._writer, expire_on_commit=False)
 
     @contextmanager
     def reading(self) -> Iterator[Session]:
@@ -60,8 +61,13 @@ class Database:
             yield session
 
     def upgrade(self, to: str = "head") -> None:
-        """Bring the tables to a revision, the newest unless another is named."""
-        with self.engine.connect() as connection:
+        """Bring the tables to a revision, the newest unless another is named.
+
+        Of programs that start together one makes the tables, the others wait for it.
+        """
+        with self._writer.connect() as connection:
+            if connection.dialect.name == "postgresql":
+                connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_UPGRADES})")
             command.upgrade(_alembic(connection), to)
             connection.commit()
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import multiprocessing
+from multiprocessing.synchronize import Barrier
 from pathlib import Path
 
 import pytest
@@ -62,3 +64,23 @@ def test_a_database_that_does_not_answer_is_said_so(tmp_path: Path) -> None:
     store = Store(tmp_path, "postgresql://nobody@127.0.0.1:1/none")
     with pytest.raises(UsageError, match="no answer"):
         store.prepare()
+
+
+def begin(url: str, ready: Barrier) -> None:
+    """Make the tables as soon as all others are about to."""
+    database = Database(url)
+    ready.wait(60.0)
+    database.upgrade()
+    assert database.revision() == newest_revision()
+    database.close()
+
+
+def test_programs_that_start_together_make_the_tables_once(database_url: str) -> None:
+    spawn, count = multiprocessing.get_context("spawn"), 3
+    ready = spawn.Barrier(count)
+    programs = [spawn.Process(target=begin, args=(database_url, ready)) for _ in range(count)]
+    for program in programs:
+        program.start()
+    for program in programs:
+        program.join(120.0)
+    assert [program.exitcode for program in programs] == [0] * count
