@@ -30,11 +30,16 @@ def _as_values(found: object) -> object:
     """Accept one value, a list, or ``"100,101"`` for the values of a selection."""
     if isinstance(found, str):
         return tuple(part.strip() for part in found.split(","))
-    if isinstance(found, int | float) and not isinstance(found, bool):
-        return (str(found),)
     if isinstance(found, list | tuple):
-        return tuple(part if isinstance(part, str) else str(part) for part in found)
-    return found
+        return tuple(_as_value(part) for part in found)
+    value = _as_value(found)
+    return (value,) if isinstance(value, str) else found
+
+
+def _as_value(found: object) -> object:
+    """Write a number as its text; what is neither stays, to be refused."""
+    whole = isinstance(found, int) and not isinstance(found, bool)
+    return str(found) if whole or (isinstance(found, float) and math.isfinite(found)) else found
 
 
 _Positive = Annotated[float, Field(gt=0)]
@@ -253,6 +258,7 @@ def _nearest(word: str, known: Iterable[str]) -> str:
 # What Pydantic's types of error mean to somebody who wrote the file by hand.
 _EXPECTED = {
     "string_type": 'text in quotation marks, like "cell3-axis2"',
+    "string_unicode": "text of whole signs",
     "string_too_short": "text that is not empty",
     "string_pattern_mismatch": "text that is not empty",
     "float_type": "a number without quotation marks",
@@ -279,6 +285,8 @@ def _in_words(error: ValidationError, where: str) -> BadInputError:
         key = path[2] if len(path) > 2 else "the entry"
     elif len(path) > 1:
         place += f", [{path[0]}]"
+        if path[0] == "select":
+            key = path[1]
     if first["type"] == "extra_forbidden":
         known = tuple(section.model_fields) if section is not None else ()
         return BadInputError(
@@ -290,7 +298,8 @@ def _in_words(error: ValidationError, where: str) -> BadInputError:
     if first["type"] == "missing":
         return BadInputError(f"no {key}", place, f"{key} to be given", f"Add {key}.")
     bounds = first.get("ctx", {})
-    expected = _EXPECTED.get(first["type"]) or " and ".join(
+    kind = "tuple_type" if key != path[-1] and path[0] == "select" else first["type"]
+    expected = _EXPECTED.get(kind) or " and ".join(
         words
         for words in (
             f"a number greater than {bounds['gt']:g}" if "gt" in bounds else "",

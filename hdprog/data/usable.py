@@ -38,7 +38,7 @@ def require_usable(loop: Loop, turns: NDArray[np.intp]) -> None:
     """
     if len(loop) < _FEWEST_SAMPLES:
         raise BadInputError(
-            f"{len(loop)} samples",
+            f"{len(loop)} sample{'' if len(loop) == 1 else 's'}",
             loop.source,
             f"at least {_FEWEST_SAMPLES}, and some hundred for a useful fit",
             "Record more samples a loop.",

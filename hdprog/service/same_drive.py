@@ -7,6 +7,7 @@ from typing import Any
 
 from hdprog.config import Drive
 from hdprog.inference.catalogue import find_gear
+from hdprog.reporting.rounding import significant
 
 _TELLING = 0.20
 _LIKE_TORQUE = 0.20  # tests to other torques have another secant stiffness by nature
@@ -29,7 +30,7 @@ def doubt(
     for label, other in earlier:
         known = other.get("secant_stiffness")
         if known and known > 0 and abs(_span(quality) / _span(other) - 1.0) < _LIKE_TORQUE:
-            return _words(stiffness / known - 1.0, f"from that of test {label}")
+            return _words(stiffness / known, f"from that of test {label}")
     gear = None if drive.model is None else find_gear(drive.model)
     if gear is None:
         return None
@@ -40,17 +41,18 @@ def doubt(
     third = max(0.0, peak - maker.T2) / maker.K3
     expected = peak / (first + second + third)
     # Catalogue figures are means of a make; single drives lie up to a third apart.
-    return _words(stiffness / expected - 1.0, f"from the catalogue's for {drive.model}", 0.5)
+    return _words(stiffness / expected, f"from the catalogue's for {drive.model}", 0.5)
 
 
 def _span(quality: Mapping[str, Any]) -> float:
     return float(quality["torque_max"]) - float(quality["torque_min"])
 
 
-def _words(difference: float, compared: str, telling: float = _TELLING) -> str | None:
-    if abs(difference) < telling:
+def _words(ratio: float, compared: str, telling: float = _TELLING) -> str | None:
+    if abs(ratio - 1.0) < telling:
         return None
-    return (
-        f"Is this the right drive? The stiffness of this record differs by "
-        f"{100 * difference:+.0f} % {compared}."
+    like = 0.5 < ratio < 2.0  # beyond, per cent say little: of a wrong unit they make -100 %
+    by = f"{100 * (ratio - 1.0):+.0f} %" if like else f"a factor of {significant(ratio)}"
+    return f"Is this the right drive? The stiffness of this record differs by {by} {compared}." + (
+        "" if like else " Are the units of torque and angle right?"
     )

@@ -37,7 +37,7 @@ def declare(content: Mapping[str, Any]) -> Drive:
         raise BadInputError(
             f"id = {drive.id!r}",
             "drive settings, [drive]",
-            "1 to 100 letters, digits, spaces inside, or any of _ - + .",
+            "1 to 100 letters, digits, spaces inside, or any of . _ - +",
             "Rename the drive, such as cell3-axis2.",
         )
     if drive.id.lower() == _TAKEN:

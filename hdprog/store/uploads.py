@@ -137,6 +137,22 @@ def add_test(
     return test, True
 
 
+def said_otherwise(test: TestRow, facts: TestFacts) -> tuple[str, ...]:
+    """Name the fields in which a test is not what was said of it; what was not said is none."""
+    event = None if test.event is None else test.event.kind
+    both = {
+        "service_hours": (test.service_hours, facts.service_hours),
+        "test_id": (test.label, facts.label),
+        "date": (test.tested_on, facts.tested_on),
+        "temperature_C": (test.temperature_C, facts.temperature_C),
+        "note": (test.note, facts.note),
+        "event": (event, facts.event),
+        "mean_torque_Nm": (test.mean_torque_Nm, facts.mean_torque_Nm),
+        "mean_speed_rpm": (test.mean_speed_rpm, facts.mean_speed_rpm),
+    }
+    return tuple(name for name, (known, said) in both.items() if said is not None and said != known)
+
+
 def accept(session: Session, actor: Actor, test: TestRow, facts: TestFacts) -> None:
     """Let a record count, with what the user says of it.
 

@@ -13,7 +13,7 @@ from hdprog.errors import BadInputError
 from hdprog.store.uploads import TestFacts
 from hdprog.web.numbers import number_of
 
-_MOST_HOURS = 1e9
+_MOST = 1e9  # of whatever is counted here
 
 
 def facts_of_form(
@@ -90,9 +90,12 @@ def _number(given: Mapping[str, str], name: str, least: float) -> float | None:
         value = number_of(text, f"field {name}")
     except ValueError:
         value = math.nan
-    if not least <= value <= _MOST_HOURS:
+    if not least <= value <= _MOST:
         raise BadInputError(
-            f"{name} = {text[:40]!r}", f"field {name}", f"a number from {least:g} up", "Correct it."
+            f"{name} = {text[:40]!r}",
+            f"field {name}",
+            f"a number from {least:g} to {_MOST:.0f}",
+            "Correct it.",
         )
     return value
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hdprog.data.numbers import may_hold_thousands
+from hdprog.data.numbers import is_number, may_hold_thousands
 from hdprog.errors import BadInputError
 
 
@@ -14,7 +14,7 @@ def number_of(text: str, where: str) -> float:
     BadInputError
         for commas that may stand between thousands: 12,500 is 12500 to one and 12.5 to another
     ValueError
-        for text that is no number
+        for text that is no number in a file either
     """
     if may_hold_thousands(text):
         whole, _, decimals = text.rpartition(",")
@@ -27,4 +27,7 @@ def number_of(text: str, where: str) -> float:
             if "," in whole
             else f"Leave the comma out, or write {whole}.{decimals} with a point if that is meant.",
         )
-    return float(text.replace(",", "."))
+    plain = text.strip().replace(",", ".")
+    if not is_number(plain):
+        raise ValueError(text)
+    return float(plain)

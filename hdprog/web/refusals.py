@@ -6,6 +6,7 @@ from urllib.parse import quote
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
+from sqlalchemy.exc import DataError
 from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse, RedirectResponse, Response
 
@@ -28,6 +29,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(UnreadableError, _unreadable)
     app.add_exception_handler(UnknownError, _unknown)
     app.add_exception_handler(RequestValidationError, _invalid)
+    app.add_exception_handler(DataError, _unkept)
     app.add_exception_handler(HTTPException, _http)
     app.add_exception_handler(LoginNeededError, _login)
     app.add_exception_handler(NotAllowedError, _not_allowed)
@@ -80,14 +82,30 @@ def _invalid(request: Request, error: Exception) -> Response:
     words = []
     for one in error.errors():
         place = " ".join(str(part) for part in one["loc"])
-        found = repr(one.get("input"))[:80]
+        found = "nothing" if one["type"] == "missing" else repr(one.get("input"))[:80]
         words.append(f"{place}: found {found}; expected otherwise: {one['msg']}. Correct it.")
     return refuse(request, 422, *words)
 
 
+def _unkept(request: Request, error: Exception) -> Response:
+    return refuse(
+        request,
+        422,
+        "request: found a value that the database cannot keep, such as text with the sign NUL or a "
+        "number beyond all use; expected text as people write it. Nothing was changed. Take it out "
+        "and send the rest again.",
+    )
+
+
 def _http(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
-    words = f"{request.method} {request.url.path}: found nothing to do ({error.detail})."
+    found, to_do = "nothing to do", ""
+    if error.status_code == 400:
+        found = "a request that is not in the form it says to be"
+        to_do = (
+            " Expected was a whole one, with names of usual length: correct it and send it again."
+        )
+    words = f"{request.method} {request.url.path}: found {found} ({error.detail}).{to_do}"
     answer = refuse(request, error.status_code, words)
     answer.headers.update(error.headers or {})
     return answer

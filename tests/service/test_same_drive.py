@@ -29,6 +29,17 @@ def test_beside_earlier_tests(stiffness: float, asked: bool) -> None:
         assert "test t02" in found
 
 
+@pytest.mark.parametrize(
+    ("stiffness", "said"),
+    [(4e7, "a factor of 1\u202f000 from"), (40.0, "a factor of 0.00100 from")],
+)
+def test_a_wrong_unit_is_a_factor(stiffness: float, said: str) -> None:
+    found = doubt(read_out(stiffness), [("t01", read_out(4e4))], Drive())
+    assert found is not None
+    assert said in found
+    assert "units" in found
+
+
 def test_tests_to_other_torques_do_not_compare() -> None:
     assert doubt(read_out(2e4, 20.0), [("t01", read_out(4e4))], Drive()) is None
 

@@ -205,3 +205,54 @@ def test_pages_say_that_no_worker_is_running(
     assert "No worker is running" not in viewer.get("/").text
     with service_in(app_client).store.writing() as session:
         workers.forget(session, "rig-1")
+
+
+def test_what_is_said_otherwise_of_a_known_record_is_not_let_fall_in_silence(
+    api: TestClient, loop_file: Path
+) -> None:
+    second = loop_file.with_name("t02.csv")
+    first = upload(api, second, test_id="known", event="regreased").json()
+    assert first["warnings"] == upload(api, second).json()["warnings"]
+    again = upload(api, second, service_hours="13", test_id="other", event="regreased").json()
+    assert again["test_id"] == first["test_id"]
+    [words] = [one for one in again["warnings"] if one not in first["warnings"]]
+    assert "test known of the drive already: its service_hours, test_id stayed" in words
+
+
+@pytest.mark.parametrize("files", [2, 0])
+def test_a_request_brings_one_record(api: TestClient, loop_file: Path, files: int) -> None:
+    record = loop_file.read_bytes()
+    sent = [("file", ("a.csv", f"# {n} of {files}\n".encode() + record)) for n in range(files)]
+    before = api.get("/api/v1/drives/api-1").json()["waiting"]
+    answer = api.post("/api/v1/drives/api-1/tests", files=sent or None, data={"service_hours": "1"})
+    assert answer.status_code == 422
+    assert "file: found" in answer.json()["detail"]
+    assert "None" not in answer.json()["detail"]
+    assert api.get("/api/v1/drives/api-1").json()["waiting"] == before
+
+
+def test_a_record_without_a_name_is_refused_in_words(api: TestClient, loop_file: Path) -> None:
+    sent = {"file": ("", loop_file.read_bytes())}
+    answer = api.post("/api/v1/drives/api-1/tests", files=sent, data={"service_hours": "1"})
+    assert answer.status_code == 422
+    assert "torque_Nm" not in answer.json()["detail"]
+    assert "a file" in answer.json()["detail"]
+
+
+def test_names_beyond_all_use_are_refused_in_words(api: TestClient, loop_file: Path) -> None:
+    answer = upload(api, loop_file, name="x" * 20_000)
+    assert answer.status_code == 400
+    assert "names of usual length" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("hours", ["1e12", "1_000", "٣", "0x10", "nan"])
+def test_service_hours_are_numbers_within_a_range_that_is_said(
+    api: TestClient, loop_file: Path, hours: str
+) -> None:
+    answer = upload(api, loop_file, service_hours=hours)
+    assert answer.status_code == 422
+    assert "a number from 0 to 1000000000" in answer.json()["detail"]
+
+
+def test_a_number_that_no_line_of_the_trail_has_is_refused(person: ClientOf) -> None:
+    assert person("admin").get("/audit?before=99999999999999999999").status_code == 422

@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, File, Request, UploadFile
+from starlette.datastructures import UploadFile as StarletteFile
 
-from hdprog.store.uploads import TestFacts
+from hdprog.errors import BadInputError
+from hdprog.store.uploads import TestFacts, said_otherwise
 from hdprog.web.api.models import TestAccepted, problems
 from hdprog.web.facts import facts_of_form
 from hdprog.web.lookup import drive_named
@@ -17,10 +19,30 @@ from hdprog.web.service import service_of
 router = APIRouter(prefix="/api/v1", tags=["tests"])
 
 
+async def one_file(request: Request) -> None:
+    """Refuse what would be let fall in silence: all files but the last.
+
+    Raises
+    ------
+    BadInputError
+        for no file or several
+    """
+    files = (await request.form()).getlist("file")
+    if len(files) != 1 or not isinstance(files[0], StarletteFile):
+        found = f"{len(files)} of them" if len(files) > 1 else "no file with a name"
+        raise BadInputError(
+            found,
+            "field file",
+            "one file, the record of one test",
+            "Send each record in a request of its own, as a file of multipart/form-data.",
+        )
+
+
 @router.post(
     "/drives/{drive_id}/tests",
     status_code=202,
     responses=problems(400, 401, 403, 404, 413, 422, 507),
+    dependencies=[Depends(one_file)],
 )
 def upload_test(
     request: Request,
@@ -40,6 +62,11 @@ def upload_test(
     service.require_room()
     taken = service.take_in(who.actor, name, file.file, file.filename or "", facts, accepted=True)
     doubts = [] if taken.doubt is None else [taken.doubt]
+    if otherwise := said_otherwise(taken.test, facts):
+        doubts.append(
+            f"This record is test {taken.test.label} of the drive already: its "
+            f"{', '.join(otherwise)} stayed as before. Correct what is wrong on the test's page."
+        )
     return TestAccepted(
         job_id=None if taken.job is None else taken.job.id,
         test_id=taken.test.label,

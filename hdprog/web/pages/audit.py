@@ -14,11 +14,12 @@ from hdprog.web.service import service_of
 
 router = APIRouter()
 _LINES = 100
+_LAST = 2**63 - 1  # number that a line can have
 
 
 @router.get("/audit")
 def audit_page(
-    request: Request, who: Admin, before: Annotated[int | None, Query(ge=1)] = None
+    request: Request, who: Admin, before: Annotated[int | None, Query(ge=1, le=_LAST)] = None
 ) -> Response:
     """Show the newest lines, or those before one."""
     with service_of(request).store.reading() as session:

@@ -1,0 +1,44 @@
+"""What a database cannot keep is refused in words: PostgreSQL takes no NUL."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from starlette.testclient import TestClient
+
+from hdprog.service.web_settings import WebSettings
+from hdprog.store import accounts
+from hdprog.store.audit import COMMAND_LINE
+from hdprog.web.app import create_app
+from tests.web.conftest import service_in
+from tests.web.server import PASSWORD, log_in
+
+pytestmark = pytest.mark.postgres
+
+
+def test_the_sign_nul_is_refused_wherever_it_is_sent(
+    postgres_url: str, tmp_path: Path, loop_file: Path
+) -> None:
+    app = create_app(WebSettings(tmp_path, url=postgres_url, max_upload_mb=1.0))
+    with TestClient(app, base_url="http://testserver") as client:
+        with service_in(client).store.writing() as session:
+            accounts.add_user(session, COMMAND_LINE, "admin", PASSWORD, "admin")
+            token = accounts.add_token(session, COMMAND_LINE, "tests", "engineer")
+        assert log_in(client, "a\0b").status_code == 422
+        assert log_in(client, "admin").status_code == 303
+        for path in ("/?q=%00", "/drives/a%00b", "/tests/a%00b"):
+            answer = client.get(path)
+            assert answer.status_code == 422
+            assert "Take it out" in answer.text
+        api = TestClient(app, headers={"authorization": f"Bearer {token}"})
+        assert api.post("/api/v1/drives", json={"drive": {"id": "kept"}}).status_code == 201
+        answer = api.post(
+            "/api/v1/drives/kept/tests",
+            files={"file": ("a.csv", loop_file.read_bytes())},
+            data={"service_hours": "1", "note": "a\0b"},
+        )
+        assert answer.status_code == 422
+        assert "Nothing was changed" in answer.json()["detail"]
+        assert api.get("/api/v1/drives/kept").json()["waiting"] == 0
+        assert not [path for path in (tmp_path / "raw").rglob("*") if path.is_file()]
