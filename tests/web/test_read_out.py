@@ -265,6 +265,10 @@ def test_a_record_that_was_not_read_anew_yet_is_shown_before_it_is_accepted(
     uid = waits(client, "not-yet", record)
     soft = stiffness(api, uid)
     renamed(api, "not-yet", RAD)  # and whoever should have read it anew was killed
+    for page in (f"/tests/{uid}", "/drives/not-yet/uploads"):
+        shown = client.get(page)
+        assert shown.status_code == 200
+        assert "load this page again in a moment" in shown.text
     answer = accepting(client, "not-yet", uid)
     assert answer.status_code == 422
     assert "read anew" in answer.text
