@@ -62,7 +62,8 @@ def find_columns(
     Raises
     ------
     BadInputError
-        The same column twice, a missing column, a missing or unknown unit.
+        The same column twice, one column of two dimensions, a missing column, a missing or
+        unknown unit.
     """
     headers = [header.strip() for header in headers]
     if all(is_number(header.replace(",", ".")) for header in headers if header):
@@ -116,7 +117,23 @@ def find_columns(
         raise _no_column(headers, missing, without_unit, where)
     if without_unit:
         raise _no_unit(without_unit, where)
+    _refuse_shared(found, where)
     return tuple(found)
+
+
+def _refuse_shared(found: Sequence[Column], where: str) -> None:
+    """Refuse a column of two dimensions: torque over itself makes a loop, of 1 Nm/rad."""
+    first: dict[int, Column] = {}
+    for column in found:
+        other = first.setdefault(column.index, column)
+        if other.unit.dimension != column.unit.dimension:
+            raise BadInputError(
+                f"the column '{column.header}' as the {other.role} and as the {column.role}",
+                where,
+                "a column for each",
+                f"Name the right ones with {_option({other.role: 'HEADER', column.role: 'HEADER'})}"
+                ", or under [columns] in drive.toml.",
+            )
 
 
 def find_selection(

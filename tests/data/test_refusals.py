@@ -343,3 +343,9 @@ def test_the_parser_remembers_the_decimal_sign_between_blocks() -> None:
     assert parser.parse([(2, ["1,5"])]).values["torque"].tolist() == [1.5]
     with pytest.raises(BadInputError, match="decimal sign ','"):
         parser.parse([(3, ["1.5"])])
+
+
+def test_a_column_is_not_torque_and_angle_at_once(tmp_path: Path) -> None:
+    words = refused(write(tmp_path / "a.csv", table()), columns="angle=torque_Nm:rad")
+    assert "the column 'torque_Nm' as the torque and as the angle" in words
+    assert "--columns torque=HEADER,angle=HEADER" in words
