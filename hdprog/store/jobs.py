@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
@@ -53,6 +53,19 @@ def jobs_of(session: Session, drive: DriveRow, count: int = 10) -> Sequence[JobR
         .limit(count)
     )
     return session.scalars(asked).all()
+
+
+def failed_last(session: Session, drives: Iterable[DriveRow]) -> set[int]:
+    """Give the numbers of those among some drives whose newest job failed or was called off."""
+    newest = (
+        select(JobRow.drive_id, func.max(JobRow.created_at).label("at"))
+        .where(JobRow.drive_id.in_([drive.id for drive in drives]))
+        .group_by(JobRow.drive_id)
+        .subquery()
+    )
+    is_newest = (JobRow.drive_id == newest.c.drive_id) & (JobRow.created_at == newest.c.at)
+    asked = select(JobRow.drive_id).join(newest, is_newest).where(JobRow.state == "failed")
+    return set(session.scalars(asked))
 
 
 def job_of_test(session: Session, test: TestRow) -> JobRow | None:

@@ -81,6 +81,13 @@ def _invalid(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
     words = []
     for one in error.errors():
+        if one["loc"][0] == "path":  # an address that nothing can have: no rule to explain
+            return refuse(
+                request,
+                404,
+                f"address: found nothing called {str(one.get('input'))[:80]!r}; expected a name "
+                "that a page or an answer gave. Look it up there.",
+            )
         place = " ".join(str(part) for part in one["loc"])
         found = "nothing" if one["type"] == "missing" else repr(one.get("input"))[:80]
         words.append(f"{place}: found {found}; expected otherwise: {one['msg']}. Correct it.")

@@ -256,3 +256,10 @@ def test_service_hours_are_numbers_within_a_range_that_is_said(
 
 def test_a_number_that_no_line_of_the_trail_has_is_refused(person: ClientOf) -> None:
     assert person("admin").get("/audit?before=99999999999999999999").status_code == 422
+
+
+@pytest.mark.parametrize("path", ["/api/v1/jobs/nope", "/api/v1/drives/" + "x" * 200])
+def test_an_address_that_nothing_can_have_is_not_found(api: TestClient, path: str) -> None:
+    answer = api.get(path)
+    assert answer.status_code == 404
+    assert "found nothing called" in answer.json()["detail"]

@@ -39,6 +39,7 @@ def fleet_page(
         waiting = jobs.open_jobs(session)
         context = {
             "drives": found.drives,
+            "failed": jobs.failed_last(session, found.drives),
             "counts": [
                 (name, words, found.counts.get(name, 0)) for name, words in _STATUSES.items()
             ],

@@ -1,0 +1,43 @@
+"""What pages say of a drive whose newest job failed: nothing waits, the result is an old one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from hdprog.store import jobs
+from hdprog.store.drives import find_drive
+from tests.web.conftest import ClientOf, service_in
+from tests.web.server import text_of
+
+
+def test_the_fleet_tells_whose_last_job_failed(
+    program: ClientOf, person: ClientOf, loop_file: Path
+) -> None:
+    api, viewer = program("engineer"), person("viewer")
+    names = ("waiting-drive", "failed-drive", "known-drive")
+    for name in names:
+        assert api.post("/api/v1/drives", json={"drive": {"id": name}}).status_code == 201
+        sent = {"file": ("a.csv", loop_file.read_bytes())}
+        said = {"service_hours": "1"}
+        assert api.post(f"/api/v1/drives/{name}/tests", files=sent, data=said).status_code == 202
+    with service_in(api).store.writing() as session:
+        for name in names[1:]:
+            drive = find_drive(session, name)
+            assert drive is not None
+            [job] = jobs.jobs_of(session, drive)
+            jobs.fail(session, job, jobs.start(session, job), "test: found nothing of use.")
+            if name == "known-drive":
+                drive.sentence = "Good until 900 h."
+
+    def row(name: str) -> str:
+        page = viewer.get("/", params={"q": name}).text
+        return text_of(page[page.index("<ol") : page.index("</ol>")])
+
+    assert "Its tests wait to be analysed." in row("waiting-drive")
+    assert "did not end well" not in row("waiting-drive")
+    assert "Its last job did not end well. See why" in row("failed-drive")
+    assert "wait" not in row("failed-drive")
+    assert "Good until 900 h. Its last job did not end well: this is what was" in row("known-drive")
+    for name, said in zip(names, ("waits", "not analysed", "not analysed"), strict=True):
+        page = text_of(viewer.get(f"/drives/{name}").text)
+        assert f"1 h – – – – {said}" in page
