@@ -35,6 +35,21 @@ def test_discarding_one_keeps_what_was_said_of_the_others(
     assert 'value="123.5"' in left
 
 
+def test_one_record_under_two_names_is_said_to_wait_once(person: ClientOf, loop_file: Path) -> None:
+    client: TestClient = person("engineer")
+    form = csrf_of(client.get("/drives/new").text)
+    assert client.post("/drives/new", data={"csrf": form, "id": "two-names"}).status_code == 200
+    record = loop_file.read_bytes()
+    page = client.post(
+        "/drives/two-names/uploads",
+        data={"csrf": form},
+        files=[("files", ("a.csv", record)), ("files", ("b.csv", record))],
+    )
+    assert page.status_code == 200
+    assert "b.csv is the same record as a.csv, byte by byte: it waits once." in page.text
+    assert page.text.count('<h2 id="') == 1
+
+
 def test_a_file_without_known_columns_leads_to_where_they_are_named(person: ClientOf) -> None:
     client: TestClient = person("engineer")
     form = csrf_of(client.get("/drives/new").text)

@@ -71,19 +71,23 @@ def _take_in(request: Request, who: Identity, drive_id: str, files: list[UploadF
         name = drive_named(session, drive_id).name
     refused: list[Refused] = []
     known: list[str] = []
+    seen: dict[int, str] = {}
     for file in files:
+        called = readable_name(file.filename or "")
         try:
             taken = service.take_in(
                 who.actor, name, file.file, file.filename or "", TestFacts(), accepted=False
             )
         except UnreadableError as error:
-            refused.append(Refused(readable_name(file.filename or ""), error.problems))
+            refused.append(Refused(called, error.problems))
             continue
+        first = seen.setdefault(taken.test.id, called)
         if not taken.new and taken.test.state == "accepted":
             known.append(
-                f"{readable_name(file.filename or '')} is test {taken.test.label} of this drive "
-                "already, byte by byte."
+                f"{called} is test {taken.test.label} of this drive already, byte by byte."
             )
+        elif first != called:
+            known.append(f"{called} is the same record as {first}, byte by byte: it waits once.")
     if not refused and not known:
         return RedirectResponse(f"/drives/{name}/uploads", 303)
     return _page(request, who, name, refused, known, {}, {}, 422 if refused else 200)
