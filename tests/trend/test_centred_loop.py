@@ -18,7 +18,7 @@ from hdprog.trend.centred_loop import CentredLoop
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.loop_evidence import FittedLoop
 from tests.physics.table2 import POST_TEST
-from tests.trend.test_followed_effects import (
+from tests.trend.friction_beside import (
     ALPHA,
     NOISE,
     PRIOR,
@@ -27,7 +27,7 @@ from tests.trend.test_followed_effects import (
     followed_by,
     likelihood,
 )
-from tests.trend.test_followed_effects import evidence as with_followed
+from tests.trend.friction_beside import evidence as with_followed
 
 VARIANCE = 1.3
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hdprog.trend.loop_evidence import FittedLoop
-from tests.trend.test_followed_effects import TRUTH, WIDEST, evidence, followed_by, likelihood
+from tests.trend.friction_beside import TRUTH, WIDEST, evidence, followed_by, likelihood
 
 
 @pytest.fixture(scope="module")
