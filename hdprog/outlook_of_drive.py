@@ -11,6 +11,7 @@ import numpy as np
 from hdprog.config import Drive
 from hdprog.data.drive_folder import DriveFolder
 from hdprog.data.finished_runs import FinishedRun, FinishedRuns
+from hdprog.discovery.drive import brought_by_wear, lasting_effects
 from hdprog.forecast.crossing import forecast
 from hdprog.inference.posterior import Posterior
 from hdprog.physics.effects.base import Effect
@@ -22,6 +23,7 @@ from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.joint_refit import NONE, Effort
 from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.steady_pace import SteadySaid, Told
+from hdprog.trend.sudden_steps import came_at_once
 from hdprog.trend.wear_clock import hours_by_load, pace_of_load
 from hdprog.trend.wear_prior import WearPrior
 from hdprog.trend.what_tests_say import told_early
@@ -91,6 +93,24 @@ class OutlookUnderWay:
         return forecast(self.trend.finished(), self.drive, self.operation, rng)
 
 
+def effects_to_follow(
+    folder: DriveFolder, posteriors: tuple[Posterior, ...], wear_prior: WearPrior
+) -> tuple[Effect, ...]:
+    """Lasting effects that wear has brought, then those that came at once between two tests.
+
+    Parameters as in `begin_outlook`.
+    """
+    worn = brought_by_wear(posteriors, [test.service_hours for test in folder.tests])
+    found = list(worn)
+    for effect in lasting_effects(posteriors):
+        if effect in worn:
+            continue
+        evidence = _evidence(folder, posteriors, (*worn, effect))
+        if effect.id in came_at_once(evidence, posteriors[0].prior, wear_prior):
+            found.append(effect)
+    return tuple(found)
+
+
 def begin_outlook(
     folder: DriveFolder,
     posteriors: tuple[Posterior, ...],
@@ -107,7 +127,7 @@ def begin_outlook(
     Parameters
     ----------
     folder, posteriors : the tests and their posteriors, in the same order
-    lasting : effects that wear has brought, followed as part of the state
+    lasting : effects that are followed as part of the state, see `effects_to_follow`
     wear_prior : as its file gives it
     others : finished runs of other drives of the fleet to learn from; None for none
     seeds : of the trend, and of the forecasts
@@ -149,6 +169,24 @@ def _begin_trend(
     executor: Executor | None,
     joint_effort: Effort | None,
 ) -> TrendUnderWay:
+    evidence = _evidence(folder, posteriors, lasting)
+    return begin_trend(
+        evidence,
+        posteriors[0].prior,
+        wear_prior if others is None else _taught_by(others, wear_prior),
+        np.random.default_rng(seed),
+        quick=quick,
+        alpha=folder.drive.alpha,
+        followed=evidence[0].followed,
+        joint_effort=joint_effort,
+        executor=executor,
+    )
+
+
+def _evidence(
+    folder: DriveFolder, posteriors: tuple[Posterior, ...], lasting: tuple[Effect, ...]
+) -> tuple[FittedLoop, ...]:
+    """What the trend takes from the tests, with the amplitudes of lasting effects in the state."""
     followed = None
     if lasting:
         found = [(one.likelihood.reduced.course.scales, one.effect_values) for one in posteriors]
@@ -159,22 +197,11 @@ def _begin_trend(
         [test.mean_torque_Nm for test in folder.tests],
         [test.mean_speed_rpm for test in folder.tests],
     )
-    evidence = tuple(
+    return tuple(
         FittedLoop.of(posterior, test.service_hours, test.event, test.temperature_C, load, followed)
         for test, posterior, load in zip(
             folder.tests, posteriors, by_load or [None] * len(hours), strict=True
         )
-    )
-    return begin_trend(
-        evidence,
-        posteriors[0].prior,
-        wear_prior if others is None else _taught_by(others, wear_prior),
-        np.random.default_rng(seed),
-        quick=quick,
-        alpha=folder.drive.alpha,
-        followed=followed,
-        joint_effort=joint_effort,
-        executor=executor,
     )
 
 

@@ -15,7 +15,7 @@ from hdprog.data.drive_folder import files_of, read_drive_folder, read_test_loop
 from hdprog.data.finished_runs import read_finished_runs
 from hdprog.data.loop import Loop
 from hdprog.data.record_name import record_name
-from hdprog.discovery.drive import brought_by_wear, explain_drive
+from hdprog.discovery.drive import explain_drive
 from hdprog.discovery.explain import Closed, sample_base, sample_final
 from hdprog.discovery.explain import explain as explain_loop
 from hdprog.discovery.search import trace
@@ -239,7 +239,7 @@ def run(
         for anything in the folder that cannot be used, or a fleet without a finished run
     """
     from hdprog.forecast.crossing import require_horizon_ahead
-    from hdprog.outlook_of_drive import begin_beside, begin_outlook
+    from hdprog.outlook_of_drive import begin_beside, begin_outlook, effects_to_follow
     from hdprog.trend.wear_prior import read_wear_prior
 
     _require_loads(loads)
@@ -257,7 +257,6 @@ def run(
     prior, remark = prior_of_drive(folder.drive, scales_of(loops[0]))
     seeds = np.random.SeedSequence(seed).spawn(len(loops) + 2)
     plan = QUICK if quick else FULL
-    hours = [test.service_hours for test in folder.tests]
     of_tests, explanation = seeds[:-2], None
     closing: Iterator[Closed] = iter(())
     with process_executor(workers) as executor, while_waiting(executor, import_for_writing):
@@ -272,10 +271,10 @@ def run(
         if progress is not None:
             progress("trend", 0, parts)
         started = time.perf_counter()
-        worn = brought_by_wear(posteriors, hours) if explain else ()
+        lasting = effects_to_follow(folder, posteriors, wear_prior) if explain else ()
         shared = (wear_prior, others, seeds[-2:])
         # What is done here goes on beside the workers, which sample the trend behind the closing.
-        ahead = begin_outlook(folder, posteriors, worn, *shared, quick, executor)
+        ahead = begin_outlook(folder, posteriors, lasting, *shared, quick, executor)
         beside = None
         if explain:
             closed = list(closing)
@@ -286,8 +285,13 @@ def run(
         found = ahead.outlook(loads)
         if explanation is not None:
             without = found.forecasts if beside is None else beside.forecasts()
+            came = {one.effect for one in found.trend.sudden}
             explanation = replace(
                 explanation,
+                effects=tuple(
+                    replace(effect, origin="unclear") if effect.id in came else effect
+                    for effect in explanation.effects
+                ),
                 remaining_hours_before=_remaining(without),
                 remaining_hours_after=_remaining(found.forecasts),
             )

@@ -68,6 +68,13 @@ def _verdict(names: set[str]) -> Verdict:
     return "unexplained" if names == {UNKNOWN} else "partly_explained"
 
 
+def lasting_effects(posteriors: Sequence[Posterior]) -> tuple[Effect, ...]:
+    """Lasting effects of the steady cycle that the tests of a drive have."""
+    found = dict.fromkeys(name for one in posteriors for name in one.effects)
+    mechanisms = [BY_ID[name] for name in found if name != UNKNOWN]
+    return tuple(effect for effect in mechanisms if effect.lasting and effect.static)
+
+
 def brought_by_wear(posteriors: Sequence[Posterior], hours: Sequence[float]) -> tuple[Effect, ...]:
     """Lasting effects of the steady cycle that grow over the tests of a drive.
 
@@ -75,14 +82,10 @@ def brought_by_wear(posteriors: Sequence[Posterior], hours: Sequence[float]) -> 
     ----------
     posteriors, hours : one a test, by service hours
     """
-    found = dict.fromkeys(name for one in posteriors for name in one.effects)
-    mechanisms = [BY_ID[name] for name in found if name != UNKNOWN]
     return tuple(
         effect
-        for effect in mechanisms
-        if effect.lasting
-        and effect.static
-        and origin_of(_sizes(effect.id, posteriors, hours)) == "wear"
+        for effect in lasting_effects(posteriors)
+        if origin_of(_sizes(effect.id, posteriors, hours)) == "wear"
     )
 
 

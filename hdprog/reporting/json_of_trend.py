@@ -13,6 +13,7 @@ from hdprog.results import (
     FleetShare,
     SteadyShare,
     SteadyWearSaid,
+    SuddenEffect,
     TemperatureEffect,
     TestResult,
     TrendSummary,
@@ -29,6 +30,7 @@ def trend_json(trend: TrendSummary, tests: Sequence[TestResult]) -> dict[str, An
         "hyperparameters": {n: quantiles(v) for n, v in trend.hyperparameters.items()},
         "carried_by_prior": list(trend.carried_by_prior),
         "followed_effects": list(trend.followed),
+        "sudden_effects": [_sudden(one, tests) for one in trend.sudden],
         "figures": {
             key: {
                 "hours": numbers(figure.hours),
@@ -45,6 +47,11 @@ def trend_json(trend: TrendSummary, tests: Sequence[TestResult]) -> dict[str, An
         **({} if warmth is None else {"temperature": _temperature(warmth)}),
         "warnings": [keyboard_signs(text) for text in trend_warnings(trend, tests)],
     }
+
+
+def _sudden(found: SuddenEffect, tests: Sequence[TestResult]) -> dict[str, Any]:
+    ends = [test.test_id for test in tests[found.test - 1 : found.test + 1]]
+    return {"effect": found.effect, "between_tests": ends, "came": found.came}
 
 
 def _temperature(found: TemperatureEffect) -> dict[str, Any]:

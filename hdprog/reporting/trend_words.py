@@ -7,8 +7,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from hdprog.physics.parameters import FloatArray
-from hdprog.reporting.words import agree, figure_interval, listed, quantity, with_unit
-from hdprog.results import LEVELS, FigureTrend, NotReproduced, TestResult, TrendSummary
+from hdprog.reporting.effect_words import effect_name
+from hdprog.reporting.rounding import hours
+from hdprog.reporting.words import agree, capital, figure_interval, listed, quantity, with_unit
+from hdprog.results import (
+    LEVELS,
+    FigureTrend,
+    NotReproduced,
+    SuddenEffect,
+    TestResult,
+    TrendSummary,
+)
 
 _MEDIAN = LEVELS.index(0.50)
 _REMOUNTED = 0.1  # of a figure: what remounting moves it by is a few hundredths
@@ -17,12 +26,27 @@ _REMOUNTED = 0.1  # of a figure: what remounting moves it by is a few hundredths
 def trend_warnings(trend: TrendSummary, tests: Sequence[TestResult]) -> list[str]:
     """All warnings of a trend over these tests, by service hours."""
     names = [test.test_id for test in tests]
-    found = [*trend.warnings, *(_not_reproduced(one, names) for one in trend.not_reproduced)]
+    found = [*trend.warnings, *(_sudden(one, tests) for one in trend.sudden)]
+    found += [_not_reproduced(one, names) for one in trend.not_reproduced]
     for key, course in trend.figures.items():
         off = off_course(course)
         if off:
             found.append(_off_course(key, course, off, names))
     return [*found, *_regreased(tests)]
+
+
+def _sudden(found: SuddenEffect, tests: Sequence[TestResult]) -> str:
+    """Say between which tests an effect came, what that means and what the trend makes of it."""
+    ends = [
+        test.test_id + ("" if test.service_hours is None else f" ({hours(test.service_hours)})")
+        for test in tests[found.test - 1 : found.test + 1]
+    ]
+    return (
+        f"{capital(effect_name(found.effect))} {'came' if found.came else 'went'} at once between "
+        f"tests {listed(ends)}, and not with wear: something was changed or broke there. "
+        "The trend takes it for a lasting step. Look for what happened; if the drive was taken "
+        "apart, declare the event in tests.csv."
+    )
 
 
 def off_course(course: FigureTrend) -> list[int]:

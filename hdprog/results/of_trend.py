@@ -152,6 +152,22 @@ class NotReproduced:
 
 
 @dataclass(frozen=True)
+class SuddenEffect:
+    """A followed effect that came, or went, at once between two tests, rather than with wear.
+
+    Attributes
+    ----------
+    effect : its id
+    test : place of the first test after it in order of service hours, from 0
+    came : whether there is more of it from then on
+    """
+
+    effect: str
+    test: int
+    came: bool
+
+
+@dataclass(frozen=True)
 class TrendSummary:
     """The trend model as fitted."""
 
@@ -167,3 +183,4 @@ class TrendSummary:
     fleet: FleetShare | None = None  # None where no other drives were given
     temperature: TemperatureEffect | None = None  # None where the tests do not differ in it
     not_reproduced: tuple[NotReproduced, ...] = ()
+    sudden: tuple[SuddenEffect, ...] = ()

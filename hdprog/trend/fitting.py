@@ -29,6 +29,7 @@ from hdprog.trend.joint_refit import Met, begin_meeting
 from hdprog.trend.joint_start import best_start
 from hdprog.trend.relinearise import JointMode, JointPrior, joint_mode, moved
 from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
+from hdprog.trend.sudden_steps import sudden_steps
 from hdprog.trend.tilted_loops import with_tilted_loops
 from hdprog.trend.trend import LinearisedTrend, Trend
 from hdprog.trend.trend_density import UNWORN, density
@@ -122,6 +123,7 @@ def begin_trend(
     tests = in_order(evidence)
     if followed is not None:
         wear_prior = wear_prior.following(followed.size)
+        wear_prior = wear_prior.stepping(sudden_steps(tests, prior, wear_prior))
     clock = ServiceClock.of(tests)
     timeline, _ = Timeline.of(tests, clock, wear_prior)
     state_prior = StatePrior.of(prior, wear_prior)

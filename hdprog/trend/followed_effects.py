@@ -1,4 +1,4 @@
-"""Effects that wear has brought beside the drive model, followed over service time.
+"""Effects that wear brought beside the drive model, or that came at once, over service time.
 
 Their amplitudes are part of the drive's state, in units of the largest that any test showed, so
 that they may begin at zero. Their other numbers (where a bump lies, how soon a contact slips) are
@@ -74,6 +74,11 @@ class FollowedEffects:
     def ids(self) -> tuple[str, ...]:
         """Ids of the effects."""
         return tuple(effect.id for effect in self.effects)
+
+    @property
+    def owners(self) -> tuple[str, ...]:
+        """(size) id of the effect that each amplitude belongs to."""
+        return tuple(effect for effect, _ in self.units)
 
     @property
     def size(self) -> int:

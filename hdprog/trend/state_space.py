@@ -10,7 +10,8 @@ slows down. The rate of wear departs from the clock's by v, a random walk from z
 logarithm of the expected wear u (a local linear trend), and so does every loading from where it
 began: what wears at different places need not keep step. d is a random walk over the expected
 wear (a Wiener process with a time-scale transformation), along m and of every coordinate alone.
-e_j is the scatter of remounting. Where tests differ in temperature, x stands for x(t) + β·δ(t),
+e_j is the scatter of remounting. Events, and effects that came at once, leave steps in x that last
+(see `hdprog.trend.sudden_steps`). Where tests differ in temperature, x stands for x(t) + β·δ(t),
 the state as warm as the drive was (see `hdprog.trend.temperature`).
 """
 
@@ -147,7 +148,7 @@ class Timeline:
         replaced = np.zeros(service.size, dtype=bool)
         for place, test in enumerate(which):
             if test >= 0:
-                variance[place] = prior.event_variance(tests[test].event)
+                variance[place] = prior.step_variance(int(test), tests[test].event)
                 replaced[place] = tests[test].event == "replaced"
         begins = replaced.copy()
         begins[0] = True

@@ -11,7 +11,7 @@ from hdprog.config import Drive
 from hdprog.inference.priors import Prior
 from hdprog.inference.summarise import figure_requests
 from hdprog.physics.figures import FigureRequest, Operation
-from hdprog.physics.parameters import FloatArray
+from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.results import (
     LEVELS,
     FigureTrend,
@@ -20,6 +20,7 @@ from hdprog.results import (
     Shrinkage,
     SteadyShare,
     SteadyWearSaid,
+    SuddenEffect,
     TrendSummary,
     WearSaid,
 )
@@ -102,9 +103,11 @@ def summarise(
         ahead = now + (horizon_hours - now) * np.linspace(0.0, 1.0, _AHEAD + 1)[1:] ** 2
         hours = np.concatenate([hours, ahead])
         hours[-1] = horizon_hours
+    test_hours = np.array([test.service_hours for test in trend.tests])
+    if trend.breaks:
+        hours = np.union1d(hours, test_hours)  # read between, a course would be half-way through
     coordinates = trend.paths(hours, rng, _DRAWS)
     measured = trend.measured(rng, _DRAWS)
-    test_hours = np.array([test.service_hours for test in trend.tests])
     added, at_reference = warmth_added(trend, rng, _OWN_DRAWS), None
     if added is not None:
         own_draws = [_own_draws(test) for test in trend.tests]
@@ -155,7 +158,21 @@ def summarise(
         warnings=trend.warnings,
         temperature=warmth,
         not_reproduced=tuple(doubtful),
+        sudden=_sudden(trend, measured),
     )
+
+
+def _sudden(trend: Trend, measured: FloatArray) -> tuple[SuddenEffect, ...]:
+    """Followed effects that came at once, by what the tests met, (draws, tests, n)."""
+    if trend.followed is None:
+        return ()
+    size = np.abs(np.median(measured, axis=0)[:, len(NAMES) :])
+    found: dict[tuple[str, int], SuddenEffect] = {}
+    for test, amplitude in trend.wear_prior.sudden:
+        effect = trend.followed.owners[amplitude]
+        came = bool(size[test, amplitude] > size[test - 1, amplitude])
+        found.setdefault((effect, test), SuddenEffect(effect, test, came))
+    return tuple(found.values())
 
 
 def not_reproduced(

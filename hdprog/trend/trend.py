@@ -194,6 +194,11 @@ class Trend(LinearisedTrend):
         departure = course.loadings - prior.loading_mean
         return prior.deviates(met.deviates), (departure / prior.loading_sd)[:, : len(NAMES)]
 
+    @property
+    def breaks(self) -> bool:
+        """Whether the state steps before a test, by an event or by what came at once."""
+        return bool(self.wear_prior.sudden) or any(test.event for test in self.tests[1:])
+
     def hyperparameters(self) -> Mapping[str, FloatArray]:
         """Draws of the hyperparameters by name, (draws,) each."""
         named = Hyperparameters.of(self.met.deviates, self.wear_prior).named()

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from statistics import NormalDist
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -135,11 +135,24 @@ class EffectPrior(_Strict):
     scatter_scale: float = Field(gt=0)
 
 
+class SuddenStep(NamedTuple):
+    """A lasting step of a followed effect, which wear does not bring.
+
+    Attributes
+    ----------
+    test : place of the first test after it, in order of service hours, from 0
+    amplitude : place among the followed amplitudes
+    """
+
+    test: int
+    amplitude: int
+
+
 class WearPrior(_Strict):
     """Prior of wear, as priors/trend.toml gives it; see the comments there.
 
-    Its arrays are (n,): eight wear coordinates, then `followed` amplitudes of effects. `fleet` is
-    what other drives add to the file.
+    Its arrays are (n,): eight wear coordinates, then `followed` amplitudes of effects, some
+    of which may have come at once, in `sudden` steps. `fleet` is what other drives add to the file.
     """
 
     name: str
@@ -166,12 +179,14 @@ class WearPrior(_Strict):
     reassembled: dict[str, float]
     within_fleet: WithinFleet
     followed: int = 0
+    sudden: tuple[SuddenStep, ...] = ()
     fleet: FleetPrior | None = None
 
     @property
     def identity(self) -> str:
         """Digest of what the deviates are of: those of different files do not compare."""
-        content = self.model_dump_json(exclude={"followed", "fleet", "temperature", "within_fleet"})
+        of_a_drive = {"followed", "sudden", "fleet"}
+        content = self.model_dump_json(exclude=of_a_drive | {"temperature", "within_fleet"})
         return hashlib.sha256(content.encode()).hexdigest()[:16]
 
     def learnt_from(self, fleet: FleetPrior) -> WearPrior:
@@ -205,7 +220,11 @@ class WearPrior(_Strict):
 
     def following(self, amplitudes: int) -> WearPrior:
         """The same for a state with so many amplitudes of effects."""
-        return self._with(followed=amplitudes)
+        return self._with(followed=amplitudes, sudden=())
+
+    def stepping(self, sudden: Sequence[SuddenStep]) -> WearPrior:
+        """The same for a drive whose followed amplitudes may have stepped there."""
+        return self._with(sudden=tuple(sudden))
 
     def _with(self, **changed: object) -> WearPrior:
         fields = {name: getattr(self, name) for name in WearPrior.model_fields}
@@ -256,6 +275,13 @@ class WearPrior(_Strict):
         # An effect beside the drive model may come from what was taken apart.
         amplitude = self.effect.initial_sd if event == "reassembled" else 0.0
         return self._extended([steps.get(name, 0.0) for name in NAMES], amplitude) ** 2
+
+    def step_variance(self, test: int, event: str | None) -> FloatArray:
+        """(n,) variance of the lasting step before a test: of its event, of what came at once."""
+        variance = self.event_variance(event)
+        came = [step.amplitude for step in self.sudden if step.test == test]
+        variance[len(NAMES) + np.array(came, dtype=np.intp)] += self.effect.initial_sd**2
+        return variance
 
     def floor(self, present: FloatArray, deviate: FloatArray) -> FloatArray:
         """Level in Nm/rad that b tends to, below its present value.

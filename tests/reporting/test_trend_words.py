@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from hdprog.config import ReportSettings
+from hdprog.reporting.json_of_trend import trend_json
 from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.trend_words import off_course, trend_warnings
 from hdprog.reporting.verdict import verdict
-from hdprog.results import DriveResult, NotReproduced
+from hdprog.results import DriveResult, NotReproduced, SuddenEffect
 from tests.reporting.drives import wearing
 
 FOUND = NotReproduced(
@@ -68,6 +69,27 @@ def test_tests_that_the_course_passes_by_are_named() -> None:
     (said,) = [text for text in trend_warnings(trend, result.tests) if "passes by" in text]
     assert "passes by test t03" in said
     assert "do not rely on the forecast of lost motion" in said
+
+
+def test_an_effect_that_came_at_once_is_told_with_its_tests_hours_and_what_to_do() -> None:
+    result = wearing(count=7)
+    assert result.trend is not None
+    trend = replace(result.trend, sudden=(SuddenEffect("coulomb_friction", 3, True),))
+    (said,) = [plain(text) for text in trend_warnings(trend, result.tests) if "at once" in text]
+    assert said.startswith(
+        "Coulomb friction came at once between tests t03 (300 h) and t04 (450 h), and not with "
+        "wear: something was changed or broke there."
+    )
+    assert "declare the event in tests.csv" in said
+    (found,) = trend_json(trend, result.tests)["sudden_effects"]
+    assert found == {
+        "effect": "coulomb_friction",
+        "between_tests": ["t03", "t04"],
+        "came": True,
+    }
+    gone = replace(result.trend, sudden=(SuddenEffect("backlash", 3, False),))
+    assert any(text.startswith("Backlash went at") for text in trend_warnings(gone, result.tests))
+    assert trend_json(result.trend, result.tests)["sudden_effects"] == []
 
 
 def test_regreasing_is_told() -> None:
