@@ -16,6 +16,7 @@ import argparse
 import json
 import subprocess
 import tempfile
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -37,7 +38,7 @@ LAST = 0.6  # of the horizon: hour of the last test
 RATED = 63.0
 _REACHED = 0.04 * RATED  # Nm between which lost motion is counted
 _SEED = 47
-_PACKAGES = ("config", "data", "discovery", "forecast", "inference", "physics", "trend")
+PACKAGES = ("config", "data", "discovery", "forecast", "inference", "physics", "trend")
 
 
 def play(torque: FloatArray, zone: float) -> FloatArray:
@@ -55,6 +56,8 @@ def friction(torque: FloatArray, zone: float) -> FloatArray:
     return slid
 
 
+CourseOf = Callable[[WearingDrive, np.random.Generator], FloatArray]
+
 FIGURES = {
     "play": ("lost_motion_arcmin", play, "backlash"),
     "friction": ("hysteresis_width_arcmin", friction, "coulomb_friction"),
@@ -68,21 +71,42 @@ def added(effect: str, size: FloatArray, zone: float) -> FloatArray:
     return np.asarray(2.0 * size * whole / ARCMIN)
 
 
-def write_drive(folder: Path, effect: str, number: int) -> dict[str, Any]:
-    """Write a drive whose limit is passed between the last test and the horizon."""
-    rng = np.random.default_rng([_SEED, number, len(effect)])
+def tested_at(horizon: float) -> FloatArray:
+    """Service hours (tests,) of the tests of a drive with this horizon."""
+    return np.linspace(0.0, LAST * horizon, TESTS)
+
+
+def with_wear(life: WearingDrive, _rng: np.random.Generator) -> FloatArray:
+    """Share of an effect's size along a life's hours: from 0 to 1 as the teeth wear."""
+    course = life.wear["teeth"] - life.wear["teeth"][0]
+    return np.asarray(course / course[-1])
+
+
+def write_drive(
+    folder: Path, effect: str, number: int, course_of: CourseOf = with_wear, seed: int = _SEED
+) -> dict[str, Any]:
+    """Write a drive whose limit is passed between the last test and the horizon.
+
+    Parameters
+    ----------
+    folder : to be made
+    effect : in `FIGURES`
+    number : of the drive; its wear law follows from it
+    course_of : draws the share of the effect's size along a life's hours
+    seed : of everything random
+    """
+    rng = np.random.default_rng([seed, number, len(effect)])
     key, shape, _ = FIGURES[effect]
     life = random_wear(rng, LAWS[number % len(LAWS)])
     hours, horizon = life.hours, float(life.hours[-1])
-    course = life.wear["teeth"] - life.wear["teeth"][0]
-    course = course / course[-1]
+    course = course_of(life, rng)
     largest, zone = float(rng.uniform(1.2e-4, 2.5e-4)), float(rng.uniform(0.8, 2.0))
     figure = life.figures[key] + added(effect, largest * course, zone)
     limit = float(f"{np.interp(rng.uniform(0.68, 0.97) * horizon, hours, figure):.4g}")
     crossed = first_crossing(hours, figure, limit, "above")
-    service = np.round(np.linspace(0.0, LAST * horizon, TESTS), 1)
+    service = np.round(tested_at(horizon), 1)
     if crossed is None or crossed <= service[-1]:
-        return write_drive(folder, effect, number + 1000)
+        return write_drive(folder, effect, number + 1000, course_of, seed)
     (folder / "loops").mkdir(parents=True)
     lines = ["test_id,file,service_hours"]
     for at, hour in enumerate(service):
@@ -212,7 +236,7 @@ def main() -> None:
                 print(json.dumps(drives[-1]), flush=True)
     results = {
         "command": f"python -m tests.benchmarks.growing_effects --each {asked.each}",
-        "code": digest(sources(*_PACKAGES)),
+        "code": digest(sources(*PACKAGES)),
         "summary": [summarised(drives, effect) for effect in FIGURES],
         "drives": drives,
     }
