@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -15,8 +16,9 @@ from hdprog.reporting.trend_words import off_course
 from hdprog.results import SuddenEffect
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.loop_evidence import FittedLoop
-from hdprog.trend.sudden_steps import came_at_once, clear_step
+from hdprog.trend.sudden_steps import came_at_once, clear_step, sudden_steps
 from hdprog.trend.trend import Trend
+from hdprog.trend.wear_coordinates import Information
 from hdprog.trend.wear_prior import SuddenStep, read_wear_prior
 from tests.trend.friction_beside import ALPHA, OPERATION, WIDEST, evidence, followed_by, likelihood
 from tests.trend.friction_beside import PRIOR as OF_LOOPS
@@ -140,6 +142,41 @@ def test_tests_at_one_hour_have_nothing_between_them() -> None:
     age[4] = age[3]
     assert clear_step(age, CAME, SURE, NONE, PRIOR) != 4
     assert clear_step(np.zeros(8), CAME, SURE, NONE, PRIOR) is None
+
+
+@dataclass(frozen=True)
+class Told:
+    """A test that tells an amplitude to three per cent, and of the drive model nothing."""
+
+    service_hours: float
+    amplitude: float
+    event: str | None = None
+    load_hours = temperature_C = exact = None
+
+    @property
+    def posterior(self) -> FloatArray:
+        return np.append(OF_LOOPS.mean, self.amplitude)[None]
+
+    def linearise(self, _coordinates: FloatArray) -> Information:
+        precision = np.diag([0.0] * COUNT + [0.03**-2])
+        return Information(precision, precision[-1] * self.amplitude, 0.0)
+
+
+def steps_told(amplitudes: Sequence[float], replaced: int) -> tuple[SuddenStep, ...]:
+    """Steps of a drive that was replaced just before a test."""
+    tests = [
+        Told(100.0 * at, size, "replaced" if at == replaced else None)
+        for at, size in enumerate(amplitudes)
+    ]
+    return sudden_steps(tests, OF_LOOPS, PRIOR.following(1))
+
+
+def test_each_drive_between_replacements_has_steps_of_its_own() -> None:
+    assert steps_told([0, 0, 0, 1, 1, 1, 0, 0, 0, 0, 1, 1], replaced=6) == (
+        SuddenStep(test=3, amplitude=0),
+        SuddenStep(test=10, amplitude=0),
+    )
+    assert steps_told([0, 0, 0, 0, 0, 1, 1, 1, 1, 1], replaced=5) == ()
 
 
 def test_a_sudden_step_is_part_of_the_states_variance_before_its_test() -> None:
