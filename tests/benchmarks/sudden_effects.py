@@ -46,9 +46,9 @@ def at_once(life: WearingDrive, rng: np.random.Generator) -> FloatArray:
 
 
 def steps_called(out: Path) -> list[Any]:
-    """Effects that came at once, as a run has them."""
+    """Tests between which an effect came at once, as a run has them."""
     summary = json.loads((out / "summary.json").read_text("utf-8"))
-    return list(summary["trend"]["sudden_effects"])
+    return [one["between_tests"] for one in summary["trend"]["sudden_effects"]]
 
 
 def main() -> None:
