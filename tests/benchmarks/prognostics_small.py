@@ -4,7 +4,8 @@
 
 The drives are those of `tests.independent.drives`: logistic, bilinear, run-in or gamma-process
 wear, every test scattered by remounting. Teeth, preload and friction each go a course of their own,
-or all the same one (`--courses one`).
+or all the same one (`--courses one`); or all wear regularly, by a power of the hours or towards an
+end, but for a drift of each (`--courses regular`).
 Their loops are simulated here with white noise of known size, so that a trend costs seconds.
 Written to tests/benchmarks/results/prognostics_small.json, by kind of limits and of courses: how
 many true crossings the 90 % and 50 % intervals hold, and the CRPS relative to a straight line
@@ -35,7 +36,8 @@ from hdprog.physics.figures import Operation
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.wear_prior import read_wear_prior
-from tests.independent.drives import LAWS, first_crossing, random_wear
+from tests.independent.drives import LAWS, REGULAR_LAWS, first_crossing, random_wear
+from tests.independent.drives import WearingDrive as Life
 from tests.independent.loops import scatter
 from tests.trend.stand_in import ALPHA, PRIOR, SimulatedLoop, simulated_loop
 
@@ -46,6 +48,7 @@ FIXED = (
     Limit("secant_stiffness_Nm_per_rad", 22_000.0, "below", 14.0),
     Limit("hysteresis_width_arcmin", 0.32, "below"),
 )
+DRIFT = 0.07
 REMOUNTING = {"K_F": 0.004, "K_W": 0.006, "b": 0.012, "T_T": 0.008, "T_i": 0.012, "mu": 0.025}
 
 
@@ -66,12 +69,18 @@ def wearing_drive(
     fixed: bool = False,
     horizon: float | None = None,
     one_course: bool = False,
+    regular: bool = False,
 ) -> WearingDrive:
     """One drive with `count` tests over 50-80 % of its horizon."""
-    law = LAWS[number % len(LAWS)]
-    life = random_wear(rng, law, horizon, one_course=one_course)
+    laws, drift = (REGULAR_LAWS, DRIFT) if regular else (LAWS, 0.0)
+    law = laws[number % len(laws)]
+
+    def drawn() -> Life:
+        return random_wear(rng, law, horizon, one_course=one_course or regular, drift=drift)
+
+    life = drawn()
     while not life.limits:
-        life = random_wear(rng, law, horizon, one_course=one_course)
+        life = drawn()
     horizon = float(life.hours[-1])
     gaps = rng.gamma(2.5, size=count - 1)
     last = float(rng.uniform(0.5, 0.8)) * horizon
@@ -114,7 +123,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--full", action="store_true", help="not the quick sampling")
     parser.add_argument("--limits", choices=("reached", "fixed"), default="reached")
-    parser.add_argument("--courses", choices=("own", "one"), default="own")
+    parser.add_argument("--courses", choices=("own", "one", "regular"), default="own")
     parser.add_argument("--wear-prior", type=Path, help="another file like priors/trend.toml")
     options = parser.parse_args()
     wear_prior = read_wear_prior(options.wear_prior)
@@ -122,8 +131,11 @@ def main() -> None:
     converged, started = 0, time.perf_counter()
     for number in range(options.drives):
         rng = np.random.default_rng([options.seed, number])
-        fixed, one_course = options.limits == "fixed", options.courses == "one"
-        drive = wearing_drive(number, options.tests, rng, fixed, one_course=one_course)
+        one_course, regular = options.courses == "one", options.courses == "regular"
+        fixed = options.limits == "fixed"
+        drive = wearing_drive(
+            number, options.tests, rng, fixed, one_course=one_course, regular=regular
+        )
         now = drive.tests[-1].service_hours
         trend = fit_trend(drive.tests, PRIOR, wear_prior, rng, quick=not options.full)
         converged += trend.converged
@@ -145,7 +157,7 @@ def main() -> None:
                 )
             )
             scores.setdefault(drive.law, []).append(scores[name][-1])
-    scores["all"] = [score for law in LAWS for score in scores.get(law, [])]
+    scores["all"] = [score for law in (*LAWS, *REGULAR_LAWS) for score in scores.get(law, [])]
     rows = {key: _row(each) for key, each in scores.items()}
     print(f"{'':26s} {'n':>4s} {'90 %':>6s} {'50 %':>6s} {'CRPS / line':>12s}  PIT tenths")
     for key, row in rows.items():

@@ -1,8 +1,8 @@
 """Drives that wear, tested now and then: folders with a known hour at which limits are crossed.
 
 The wear of teeth, preload and friction follows laws that are neither powers nor saturating
-exponentials. Every test is scattered by remounting; the true crossing hours are those of the
-drive without that scatter.
+exponentials, but for drives that are asked to wear regularly. Every test is scattered by
+remounting; the true crossing hours are those of the drive without that scatter.
 """
 
 from __future__ import annotations
@@ -20,12 +20,19 @@ import numpy as np
 from .loops import programme, record_loop, scatter, worn_parameters, write_csv
 from .simulator import DriveParameters, FloatArray, MeasurementChain, true_figures
 
-WearLaw = Literal["logistic", "bilinear", "run-in then accelerating", "gamma process"]
-LAWS: tuple[WearLaw, ...] = get_args(WearLaw)
+IrregularLaw = Literal["logistic", "bilinear", "run-in then accelerating", "gamma process"]
+RegularLaw = Literal["power", "saturating"]
+WearLaw = IrregularLaw | RegularLaw
+LAWS: tuple[WearLaw, ...] = get_args(IrregularLaw)
+REGULAR_LAWS: tuple[WearLaw, ...] = get_args(RegularLaw)
 
 RATED_TORQUE = 63.0
 SECANT_TORQUE = 14.0
 _SECANT = f"secant_stiffness_Nm_per_rad@{SECANT_TORQUE:g}Nm"
+#: What a unit of wear changes in the logarithm of b, T_i or mu, by Table 2.
+_CHANGE = {"teeth": 1.5, "preload": 0.5, "friction": 0.14}
+#: Least and most wear, where a drift ends: the tooth threshold is not below zero.
+_POSSIBLE = {"teeth": (0.005, 1.4), "preload": (-0.3, 1.5), "friction": (-1.5, 3.0)}
 #: Figure, quantity in drive.toml and direction of the limit.
 LIMITED: tuple[tuple[str, str, Literal["above", "below"]], ...] = (
     ("lost_motion_arcmin", "lost_motion_arcmin", "above"),
@@ -39,7 +46,8 @@ def wear_curve(law: WearLaw, rng: np.random.Generator, points: int = 161) -> Flo
 
     ``logistic`` starts slowly and levels off; ``bilinear`` changes its rate once; ``run-in then
     accelerating`` loses some at once, rests, and speeds up; ``gamma process`` grows by
-    independent random increments of constant mean.
+    independent random increments of constant mean. Of the regular laws ``power`` has an exponent
+    about 1, and ``saturating`` nears an end exponentially.
 
     Returns
     -------
@@ -57,11 +65,28 @@ def wear_curve(law: WearLaw, rng: np.random.Generator, points: int = 161) -> Flo
         share, quick, rise = rng.uniform(0.15, 0.35), rng.uniform(0.03, 0.08), rng.uniform(2.0, 3.5)
         run_in = x / (x + quick)
         raw = share * run_in + (1.0 - share) * np.sinh(rise * x) / math.sinh(rise)
+    elif law == "power":
+        raw = x ** math.exp(0.45 * rng.standard_normal())
+    elif law == "saturating":
+        raw = -np.expm1(-rng.uniform(0.5, 2.5) * x)
     else:
         per_step = rng.uniform(0.15, 0.5)
         raw = np.concatenate(([0.0], np.cumsum(rng.gamma(per_step, size=points - 1))))
     curve: FloatArray = (raw - raw[0]) / (raw[-1] - raw[0])
     return curve
+
+
+def drifts(size: float, points: int, rng: np.random.Generator) -> dict[str, FloatArray]:
+    """Draw random walks of the wear of each group.
+
+    ``size`` is the standard deviation at the last point, of the logarithm of the parameter that
+    shows the group's wear; each walk has shape (points,) and starts from 0.
+    """
+    steps = rng.standard_normal((len(_CHANGE), points - 1)) * size / math.sqrt(points - 1)
+    return {
+        group: np.concatenate(([0.0], np.cumsum(own))) / change
+        for (group, change), own in zip(_CHANGE.items(), steps, strict=True)
+    }
 
 
 @dataclass(frozen=True)
@@ -124,13 +149,15 @@ def random_wear(
     horizon_hours: float | None = None,
     *,
     one_course: bool = False,
+    drift: float = 0.0,
 ) -> WearingDrive:
     """Draw the life of a drive and limits that its wear reaches.
 
     Teeth, preload and friction each draw a course of their own, or all go the same one
-    (``one_course``), each as far as it does. Every limit is the value that a figure has at some
-    hour between 50 % and 97 % of the horizon, rounded to four digits; a figure that has not moved
-    its way by 4 % until then gets none.
+    (``one_course``), each as far as it does. Each may drift beside it at random, by ``drift`` of
+    the parameter that shows it until the horizon (one standard deviation). Every limit is the
+    value that a figure has at some hour between 50 % and 97 % of the horizon, rounded to four
+    digits; a figure that has not moved its way by 4 % until then gets none.
     """
     law = LAWS[int(rng.integers(len(LAWS)))] if law is None else law
     if horizon_hours is None:
@@ -148,6 +175,9 @@ def random_wear(
         "preload": float(rng.uniform(0.8, 1.3)) * course(),
         "friction": float(rng.uniform(-0.2, 1.0)) * course(),
     }
+    if drift:
+        for group, beside in drifts(drift, hours.size, rng).items():
+            wear[group] = np.clip(wear[group] + beside, *_POSSIBLE[group])
     spread = {"K_F": 0.04, "K_W": 0.04, "b": 0.05, "T_i": 0.05, "mu": 0.08}
     basis = {name: math.exp(sd * rng.standard_normal()) for name, sd in spread.items()}
     drive = WearingDrive(law, hours, wear, basis, {}, [])

@@ -12,7 +12,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from .drives import LAWS, WearLaw, first_crossing, wear_curve, write_drive
+from .drives import (
+    LAWS,
+    REGULAR_LAWS,
+    WearLaw,
+    drifts,
+    first_crossing,
+    wear_curve,
+    write_drive,
+)
 from .effects import EFFECTS
 from .loops import (
     KINDS,
@@ -330,12 +338,23 @@ def test_worn_parameters_pass_through_table_2() -> None:
     np.testing.assert_allclose(a.loading, b.loading, rtol=0.0, atol=1e-12)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", [*LAWS, *REGULAR_LAWS])
 def test_wear_laws(law: WearLaw) -> None:
     """Rise from 0 to 1 and never fall."""
     curve = wear_curve(law, np.random.default_rng(0))
     assert (curve[0], curve[-1]) == (0.0, 1.0)
     assert np.all(np.diff(curve) >= 0.0)
+
+
+def test_a_drift_is_as_wide_as_it_says() -> None:
+    """Find the spread that log T_i and log mu have drifted by at the horizon."""
+    rng = np.random.default_rng(0)
+    ends = [
+        {group: path[-1] for group, path in drifts(0.07, 161, rng).items()} for _ in range(2000)
+    ]
+    # Two thousand draws know a standard deviation to 1.6 %.
+    assert np.std([0.5 * end["preload"] for end in ends]) == pytest.approx(0.07, rel=0.06)
+    assert np.std([0.14 * end["friction"] for end in ends]) == pytest.approx(0.07, rel=0.06)
 
 
 def test_first_crossing() -> None:
