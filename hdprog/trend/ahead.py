@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.kalman_filter import RATE, RUNNING_IN
 from hdprog.trend.smoother import walked
 from hdprog.trend.state_space import Steps
-from hdprog.trend.wear_prior import RateAhead
+from hdprog.trend.wear_prior import LogNormal, RateAhead
 
-_B = NAMES.index("b")
 _SLOWEST = 0.02  # of the clock's rate: what a drive goes on with that seems to stand still
 _FASTEST_LOG = 6.0  # four hundred times as fast is beyond any figure
-_NO_FALL = 1e-9
 _FARTHEST = 15.0  # prior spreads of a coordinate from its prior mean: figures stay finite
 
 
@@ -73,54 +73,67 @@ def within_reach(steps: Steps, states: FloatArray) -> FloatArray:
     return np.clip(states, steps.initial_mean - farthest, steps.initial_mean + farthest)
 
 
-def worn_ahead(steps: Steps, now: FloatArray, ahead: FloatArray, floor: FloatArray) -> FloatArray:
-    """States to come with an end to wear, held within reach; parameters as in `wear_out`.
-
-    In this order: a parameter held at its bound would leave its share of the way to all others.
-    """
-    return within_reach(steps, wear_out(now, ahead, floor))
-
-
-def wear_out(now: FloatArray, ahead: FloatArray, floor: FloatArray) -> FloatArray:
-    """Let wear come to its end where the stiffness of the first teeth does.
-
-    Where b would fall below its floor, it tends to it instead (see `level_off`), and everything
-    else goes on from now by the same share of its way: a drive whose teeth are worn out does not
-    lose preload or gain backlash as if they were not.
+def worn_ahead(
+    steps: Steps,
+    now: FloatArray,
+    ahead: FloatArray,
+    ends: Mapping[str, LogNormal],
+    rng: np.random.Generator,
+) -> FloatArray:
+    """States to come with an end to wear, held within reach.
 
     Parameters
     ----------
+    steps : of every draw
     now : (draws, n) wear coordinates at present
     ahead : (draws, times, n) to come, without an end
-    floor : (draws,) of b in Nm/rad, below its present value
+    ends : by parameter that falls as it wears, its value worn out over the loop prior's median
+    rng : source of randomness
 
     Returns
     -------
     (draws, times, n) to come
     """
-    present = now[:, _B]
-    fall = present[:, None] - ahead[..., _B]
-    left = present[:, None] - level_off(present, ahead[..., _B], floor)
-    share = np.where(fall > _NO_FALL, left / np.maximum(fall, _NO_FALL), 1.0)
-    return np.asarray(now[:, None] + share[..., None] * (ahead - now[:, None]))
+    reached = np.array(ahead)
+    for name, belief in ends.items():
+        at = NAMES.index(name)
+        present = now[:, at]
+        end = left_worn_out(belief, present - steps.initial_mean[at], rng)
+        reached[..., at] = present[:, None] - level_off(present[:, None] - ahead[..., at], end)
+    return within_reach(steps, reached)
 
 
-def level_off(now: FloatArray, ahead: FloatArray, floor: FloatArray) -> FloatArray:
-    """Let the logarithm of a stiffness, where it falls, tend to its floor.
-
-    With f the floor, b = f + (b_now − f)·exp(−fall/(1 − f/b_now)): the slope at now is kept.
+def left_worn_out(belief: LogNormal, present: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Draw what a parameter that falls tends to, over its present value: (draws,), below 1.
 
     Parameters
     ----------
-    now : (draws,) logarithm at present, of b in Nm/rad
-    ahead : (draws, times) logarithm to come, without a floor
-    floor : (draws,) in Nm/rad, below the present value
+    belief : its value worn out, over the loop prior's median; cut off at the present one
+    present : (draws,) logarithm of its present value over that median
+    rng : source of randomness
+    """
+    from scipy.special import ndtr, ndtri
+
+    highest = ndtr((present - np.log(belief.median)) / belief.log_sd)
+    deviate = ndtri(np.maximum(rng.uniform(size=present.size) * highest, 1e-12))
+    return np.asarray(np.minimum(belief.at(deviate) / np.exp(present), 0.999))
+
+
+def level_off(fall: FloatArray, end: FloatArray) -> FloatArray:
+    """Let the logarithm of a parameter, where it falls, tend to its end.
+
+    With f the end over the present value, the parameter is f + (1 − f)·exp(−fall/(1 − f)) times
+    what it is now: the slope at now is kept.
+
+    Parameters
+    ----------
+    fall : (draws, times) of the logarithm, without an end
+    end : (draws,) f, below 1
 
     Returns
     -------
-    (draws, times) logarithm to come
+    (draws, times) fall of the logarithm
     """
-    share = np.minimum(floor / np.exp(now), 0.999)[:, None]
-    fall = now[:, None] - ahead
+    share = end[:, None]
     level = share + (1 - share) * np.exp(-np.maximum(fall, 0.0) / (1 - share))
-    return np.asarray(np.where(fall > 0, now[:, None] + np.log(level), ahead))
+    return np.asarray(np.where(fall > 0, -np.log(level), fall))

@@ -28,7 +28,6 @@ from hdprog.trend.wear_coordinates import StatePrior, to_loop
 from hdprog.trend.wear_prior import RateAhead, WearPrior
 
 _LEVEL = RateAhead(spread=1.0, drift=0.0)
-_B = NAMES.index("b")
 
 
 @dataclass(frozen=True)
@@ -166,9 +165,7 @@ class Trend(LinearisedTrend):
         now = at_reference(steps, states[:, -1], course.carried, behind - 1)
         start = (now, course.carried)
         ahead = simulate_ahead(steps, rng, start, behind, self._rate_ahead)
-        present = now[:, _B]
-        floor = self.wear_prior.floor(np.exp(present), rng.uniform(size=present.size))
-        ahead = worn_ahead(steps, now, ahead, floor)
+        ahead = worn_ahead(steps, now, ahead, self.wear_prior.worn_out, rng)
         return Paths(
             np.asarray(hours, dtype=float),
             np.concatenate([states, ahead], axis=1)[:, which < 0],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -174,7 +173,7 @@ class WearPrior(_Strict):
     scatter_scale: dict[str, float]
     effect: EffectPrior
     temperature: dict[str, Loading]
-    floor_b: LogNormal
+    worn_out: dict[str, LogNormal]
     regreased: dict[str, float]
     reassembled: dict[str, float]
     within_fleet: WithinFleet
@@ -282,24 +281,6 @@ class WearPrior(_Strict):
         came = [step.amplitude for step in self.sudden if step.test == test]
         variance[len(NAMES) + np.array(came, dtype=np.intp)] += self.effect.initial_sd**2
         return variance
-
-    def floor(self, present: FloatArray, deviate: FloatArray) -> FloatArray:
-        """Level in Nm/rad that b tends to, below its present value.
-
-        Parameters
-        ----------
-        present : (draws,) b in Nm/rad now
-        deviate : (draws,) uniform in (0, 1)
-
-        Returns
-        -------
-        (draws,) quantile of the log-normal floor cut off at the present value
-        """
-        from scipy.special import ndtr, ndtri
-
-        belief = self.floor_b
-        highest = ndtr((np.log(present) - math.log(belief.median)) / belief.log_sd)
-        return belief.at(ndtri(np.maximum(deviate * highest, 1e-12)))
 
 
 @dataclass(frozen=True)

@@ -7,15 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hdprog.physics.parameters import NAMES
-from hdprog.trend.ahead import simulate_ahead, wear_out
+from hdprog.physics.parameters import NAMES, FloatArray
+from hdprog.trend.ahead import left_worn_out, simulate_ahead, worn_ahead
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.kalman_filter import RATE
 from hdprog.trend.state_space import Steps
-from hdprog.trend.wear_prior import RateAhead, read_wear_prior
+from hdprog.trend.wear_prior import LogNormal, RateAhead, read_wear_prior
 from tests.trend.stand_in import PRIOR, wearing_drive
 
-B = NAMES.index("b")
 FINE = 400
 REACHED = np.linspace(1.0, 2.0, FINE + 1)  # expected wear, from one unit to two
 
@@ -89,34 +88,64 @@ def test_the_shipped_prior_expects_wear_to_speed_up() -> None:
 
 STRAIGHT = np.array([0.0, -0.03, 0.0, -2.6, 14.5, -0.02, -0.5, 0.14])  # per unit of wear
 B, T_I = NAMES.index("b"), NAMES.index("T_i")
-NOW = np.array([[11.3, 11.5, 7.5, np.log(20_000.0), 3.0, 0.1, np.log(90.0), np.log(0.07)]])
-FLOOR = np.array([2_500.0])
+ENDS = {name: LogNormal(median=median, log_sd=1e-6) for name, median in (("b", 0.1), ("T_i", 0.4))}
 
 
-def worn_out(units: list[float], direction: np.ndarray = STRAIGHT) -> np.ndarray:
-    ahead = NOW[:, None] + np.array(units)[None, :, None] * direction
-    return wear_out(NOW, ahead, FLOOR)[0]
+def of_size(medians: FloatArray) -> Steps:
+    """Steps of a drive whose loop prior has these medians, in wear coordinates."""
+    return replace(steps(1), initial_mean=medians, initial_variance=np.full(8, 1e6))
 
 
-def test_wear_of_all_parameters_ends_where_the_first_teeth_are_worn_out() -> None:
-    end = worn_out([50.0])[0]
-    assert np.exp(end[B]) == pytest.approx(2_500.0, rel=1e-6)
-    units = np.log(20_000.0 / 2_500.0) / 2.6
-    assert end == pytest.approx(NOW[0] + units * STRAIGHT, rel=1e-6)
-    assert np.exp(end[T_I]) == pytest.approx(90.0 * (2_500.0 / 20_000.0) ** (0.5 / 2.6))
+def worn_out(units: list[float], direction: FloatArray, medians: FloatArray) -> FloatArray:
+    """Changes (times, 8) after so many units of wear of a drive at its prior's medians."""
+    now = medians[None]
+    ahead = now[:, None] + np.array(units)[None, :, None] * direction
+    return worn_ahead(of_size(medians), now, ahead, ENDS, np.random.default_rng(0))[0] - now
+
+
+MIDDLE = PRIOR.mean
+
+
+def test_teeth_and_preload_each_come_to_an_end_of_their_own() -> None:
+    (end,) = worn_out([50.0], STRAIGHT, MIDDLE)
+    assert end[[B, T_I]] == pytest.approx(np.log([0.1, 0.4]), rel=1e-4)
+    others = [index for index in range(8) if index not in (B, T_I)]
+    assert end[others] == pytest.approx(50.0 * STRAIGHT[others])
 
 
 def test_far_from_its_end_wear_goes_on_as_it_does() -> None:
-    assert worn_out([0.0, 1e-3]) == pytest.approx(NOW + np.outer([0.0, 1e-3], STRAIGHT), rel=1e-6)
-    ways = np.diff(worn_out([0.0, 0.2, 0.4, 0.8, 1.6])[:, T_I] - NOW[0, T_I])
-    assert (ways < 0).all()
+    found = worn_out([0.0, 1e-4], STRAIGHT, MIDDLE)
+    assert found == pytest.approx(np.outer([0.0, 1e-4], STRAIGHT), rel=1e-3)
+    assert (np.diff(worn_out([0.0, 0.2, 0.4, 0.8, 1.6], STRAIGHT, MIDDLE)[:, T_I]) < 0).all()
 
 
-def test_teeth_that_do_not_wear_set_no_end() -> None:
-    direction = STRAIGHT.copy()
-    direction[B] = 0.3
-    ahead = NOW + np.outer([0.5, 5.0], direction)
-    np.testing.assert_allclose(worn_out([0.5, 5.0], direction), ahead)
+def test_teeth_at_their_end_do_not_hold_up_the_loss_of_preload() -> None:
+    worn, sound = STRAIGHT.copy(), STRAIGHT.copy()
+    worn[B], sound[B] = -100.0, 0.0
+    found = [worn_out([0.5], direction, MIDDLE)[:, T_I] for direction in (worn, sound)]
+    np.testing.assert_allclose(*found)
+
+
+def test_what_rises_has_no_end() -> None:
+    direction = np.abs(STRAIGHT)
+    np.testing.assert_allclose(worn_out([0.5], direction, MIDDLE)[0], 0.5 * direction)
+
+
+def test_wear_ends_alike_for_a_drive_of_any_size() -> None:
+    """A CSF-14's first teeth are a sixth as stiff as a CSF-25's when both are as new."""
+    smaller = MIDDLE + np.log(1 / 6)
+    units = [0.2, 0.8, 3.0]
+    np.testing.assert_allclose(
+        worn_out(units, STRAIGHT, smaller), worn_out(units, STRAIGHT, MIDDLE)
+    )
+
+
+def test_the_end_of_wear_is_drawn_below_what_there_is() -> None:
+    belief = read_wear_prior().worn_out["b"]
+    as_new = left_worn_out(belief, np.zeros(4000), np.random.default_rng(5))
+    assert np.median(as_new) == pytest.approx(belief.median, rel=0.06)
+    worn = left_worn_out(belief, np.full(4000, np.log(0.05)), np.random.default_rng(5))
+    assert (worn < 1.0).all()
 
 
 def test_a_walking_loading_spreads_the_state_as_its_integral_does() -> None:

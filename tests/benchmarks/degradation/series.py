@@ -147,6 +147,6 @@ def wear_prior(study: Study) -> WearPrior:
             "drift_scale": shipped.drift_scale | {"T_i": 1.0},
             "scatter_scale": shipped.scatter_scale | {"T_i": 1.0},
             "remounting_scatter": LogNormal(median=0.01, log_sd=1.0),
-            "floor_b": LogNormal(median=1e-9, log_sd=0.1),
+            "worn_out": {},
         }
     )

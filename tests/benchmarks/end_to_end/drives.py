@@ -25,7 +25,7 @@ from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.priors import Prior
 from hdprog.physics.drive_model import torsion_angle
 from hdprog.physics.figures import Operation
-from hdprog.physics.parameters import NAMES, FloatArray, in_support
+from hdprog.physics.parameters import FloatArray, in_support
 from hdprog.physics.torque_path import TorquePath
 from hdprog.trend.ahead import simulate_ahead, worn_ahead
 from hdprog.trend.evidence import LoopEvidence
@@ -150,8 +150,7 @@ def _attempt(rng: np.random.Generator) -> Drawn | None:
     if not all(_like_a_gear(loop) for loop in loops):
         return None
     ahead = simulate_ahead(steps, rng, (states[-1:], carried[None]), TESTS, wear.rate_ahead)[0]
-    floor = wear.floor(np.exp(states[-1:, NAMES.index("b")]), rng.uniform(size=1))
-    paths = to_loop(worn_ahead(steps, states[-1:], ahead[None], floor)[0])
+    paths = to_loop(worn_ahead(steps, states[-1:], ahead[None], wear.worn_out, rng)[0])
     crossings, past = zip(*(_crossing(limit, paths, grid) for limit in LIMITS), strict=True)
     return Drawn(
         loops,
