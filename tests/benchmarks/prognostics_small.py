@@ -23,7 +23,7 @@ import json
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -42,6 +42,7 @@ from tests.independent.loops import scatter
 from tests.trend.stand_in import ALPHA, PRIOR, SimulatedLoop, simulated_loop
 
 RESULTS = Path(__file__).parent / "results" / "prognostics_small.json"
+Courses = Literal["own", "one", "regular"]
 OPERATION = Operation(ALPHA, 63.0, 63.0)
 FIXED = (
     Limit("lost_motion_arcmin", 1.2, "above"),
@@ -68,15 +69,14 @@ def wearing_drive(
     rng: np.random.Generator,
     fixed: bool = False,
     horizon: float | None = None,
-    one_course: bool = False,
-    regular: bool = False,
+    courses: Courses = "own",
 ) -> WearingDrive:
     """One drive with `count` tests over 50-80 % of its horizon."""
-    laws, drift = (REGULAR_LAWS, DRIFT) if regular else (LAWS, 0.0)
+    laws, drift = (REGULAR_LAWS, DRIFT) if courses == "regular" else (LAWS, 0.0)
     law = laws[number % len(laws)]
 
     def drawn() -> Life:
-        return random_wear(rng, law, horizon, one_course=one_course or regular, drift=drift)
+        return random_wear(rng, law, horizon, one_course=courses != "own", drift=drift)
 
     life = drawn()
     while not life.limits:
@@ -123,7 +123,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--full", action="store_true", help="not the quick sampling")
     parser.add_argument("--limits", choices=("reached", "fixed"), default="reached")
-    parser.add_argument("--courses", choices=("own", "one", "regular"), default="own")
+    parser.add_argument("--courses", choices=get_args(Courses), default="own")
     parser.add_argument("--wear-prior", type=Path, help="another file like priors/trend.toml")
     options = parser.parse_args()
     wear_prior = read_wear_prior(options.wear_prior)
@@ -131,11 +131,8 @@ def main() -> None:
     converged, started = 0, time.perf_counter()
     for number in range(options.drives):
         rng = np.random.default_rng([options.seed, number])
-        one_course, regular = options.courses == "one", options.courses == "regular"
         fixed = options.limits == "fixed"
-        drive = wearing_drive(
-            number, options.tests, rng, fixed, one_course=one_course, regular=regular
-        )
+        drive = wearing_drive(number, options.tests, rng, fixed, courses=options.courses)
         now = drive.tests[-1].service_hours
         trend = fit_trend(drive.tests, PRIOR, wear_prior, rng, quick=not options.full)
         converged += trend.converged
