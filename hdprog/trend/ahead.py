@@ -14,6 +14,8 @@ from hdprog.trend.wear_prior import LogNormal, RateAhead
 
 _SLOWEST = 0.02  # of the clock's rate: what a drive goes on with that seems to stand still
 _FASTEST_LOG = 6.0  # four hundred times as fast is beyond any figure
+_NO_FALL = 1e-9
+_MESH = tuple(NAMES.index(name) for name in ("T_i", "mu"))  # preload and friction
 _FARTHEST = 15.0  # prior spreads of a coordinate from its prior mean: figures stay finite
 
 
@@ -80,27 +82,38 @@ def worn_ahead(
     ends: Mapping[str, LogNormal],
     rng: np.random.Generator,
 ) -> FloatArray:
-    """States to come with an end to wear, held within reach.
+    """States to come with an end to the wear of each place, held within reach.
+
+    Where b or T_i would fall below its end, it tends to it instead (see `level_off`), and what
+    wears at the same place goes on from now by the same share of its way: preload and friction with
+    T_i, teeth and all else with b. Teeth at their end do not hold up the loss of preload.
 
     Parameters
     ----------
     steps : of every draw
     now : (draws, n) wear coordinates at present
     ahead : (draws, times, n) to come, without an end
-    ends : by parameter that falls as it wears, its value worn out over the loop prior's median
+    ends : of b and T_i, where there is one, the value worn out over the loop prior's median
     rng : source of randomness
 
     Returns
     -------
     (draws, times, n) to come
     """
-    reached = np.array(ahead)
-    for name, belief in ends.items():
-        at = NAMES.index(name)
-        present = now[:, at]
-        end = left_worn_out(belief, present - steps.initial_mean[at], rng)
-        reached[..., at] = present[:, None] - level_off(present[:, None] - ahead[..., at], end)
-    return within_reach(steps, reached)
+    way = ahead - now[:, None]
+    mesh = np.isin(np.arange(way.shape[-1]), _MESH)
+    for shown, place in (("b", ~mesh), ("T_i", mesh)):
+        if shown in ends:
+            at = NAMES.index(shown)
+            end = left_worn_out(ends[shown], now[:, at] - steps.initial_mean[at], rng)
+            way[..., place] *= _share_of_way(-way[..., at], end)[..., None]
+    return within_reach(steps, now[:, None] + way)
+
+
+def _share_of_way(fall: FloatArray, end: FloatArray) -> FloatArray:
+    """(draws, times) how much of a fall comes, and of what goes along with it."""
+    falls = fall > _NO_FALL
+    return np.where(falls, level_off(fall, end) / np.where(falls, fall, 1.0), 1.0)
 
 
 def left_worn_out(belief: LogNormal, present: FloatArray, rng: np.random.Generator) -> FloatArray:

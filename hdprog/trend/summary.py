@@ -38,10 +38,11 @@ from hdprog.trend.what_tests_say import DEVIATES, what_tests_say
 
 MODEL = (
     "one wear coordinate behind all parameters, w = (1 − exp(−κu))/κ with u = A·(hours/h)^p, whose "
-    "rate may change at random and is expected to rise past the last test; the teeth's first "
-    "stiffness b and the torque T_i of the preload tend to an end each; loadings around the "
-    "direction of Table 2, random wear, own drifts of each parameter and remounting scatter; teeth "
-    f"of more than {STIFFEST_TEETH:g} times the cup's stiffness are ruled out"
+    "rate may change at random and is expected to rise past the last test, until wear of the teeth "
+    "ends where their first stiffness b is worn out, that of preload and friction where T_i is; "
+    "loadings around the direction of Table 2, random wear, own drifts of each parameter and "
+    f"remounting scatter; teeth of more than {STIFFEST_TEETH:g} times the cup's stiffness are ruled "
+    "out"
 )
 _DRAWS = 400
 _OWN_DRAWS = 400

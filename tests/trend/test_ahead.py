@@ -107,10 +107,12 @@ MIDDLE = PRIOR.mean
 
 
 def test_teeth_and_preload_each_come_to_an_end_of_their_own() -> None:
+    """What wears along with them goes as far as they do."""
     (end,) = worn_out([50.0], STRAIGHT, MIDDLE)
     assert end[[B, T_I]] == pytest.approx(np.log([0.1, 0.4]), rel=1e-4)
-    others = [index for index in range(8) if index not in (B, T_I)]
-    assert end[others] == pytest.approx(50.0 * STRAIGHT[others])
+    with_preload = np.isin(NAMES, ("T_i", "mu"))
+    assert end[~with_preload] == pytest.approx(np.log(0.1) / -2.6 * STRAIGHT[~with_preload])
+    assert end[with_preload] == pytest.approx(np.log(0.4) / -0.5 * STRAIGHT[with_preload])
 
 
 def test_far_from_its_end_wear_goes_on_as_it_does() -> None:
