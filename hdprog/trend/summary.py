@@ -41,8 +41,8 @@ MODEL = (
     "rate may change at random and is expected to rise past the last test, until wear of the teeth "
     "ends where their first stiffness b is worn out, that of preload and friction where T_i is; "
     "loadings around the direction of Table 2, random wear, own drifts of each parameter and "
-    f"remounting scatter; teeth of more than {STIFFEST_TEETH:g} times the cup's stiffness are ruled "
-    "out"
+    f"remounting scatter; teeth of more than {STIFFEST_TEETH:g} times the cup's stiffness are "
+    "ruled out"
 )
 _DRAWS = 400
 _OWN_DRAWS = 400
