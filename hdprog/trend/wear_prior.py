@@ -318,6 +318,7 @@ def read_wear_prior(path: Path | None = None) -> WearPrior:
             (prior.drift_scale, NAMES),
             (prior.scatter_scale, NAMES),
             (prior.temperature, (*NAMES, "effect")),
+            (prior.worn_out, ("b", "T_i")),
         ):
             missing = [name for name in names if name not in table]
             if missing:

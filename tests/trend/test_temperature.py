@@ -267,11 +267,11 @@ def test_what_temperature_does_leaves_the_deviates_of_a_fleet_comparable() -> No
     assert other.identity == WEAR_PRIOR.identity
 
 
-def test_a_wear_prior_without_an_entry_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("table", "entry"), [("temperature", "effect"), ("worn_out", "T_i")])
+def test_a_wear_prior_without_an_entry_is_refused(tmp_path: Path, table: str, entry: str) -> None:
     shipped_text = (shipped("priors") / FILE).read_text("utf-8")
-    before, _, after = shipped_text.partition("[temperature]")
-    lines = [line for line in after.splitlines() if not line.startswith("effect =")]
+    before, heading, after = shipped_text.partition(f"[{table}]\n")
     path = tmp_path / FILE
-    path.write_text(before + "\n".join(["[temperature]", *lines]), "utf-8")
-    with pytest.raises(BadInputError, match="no entry for effect"):
+    path.write_text(before + heading + after.replace(f"{entry} =", "misspelt =", 1), "utf-8")
+    with pytest.raises(BadInputError, match=f"no entry for {entry}"):
         read_wear_prior(path)
