@@ -43,6 +43,9 @@ def _as_value(found: object) -> object:
 
 
 _Positive = Annotated[float, Field(gt=0)]
+# A hundred times the largest gears, a thousand years: beyond is a slip of the keyboard.
+_Torque = Annotated[float, Field(gt=0, le=1e6)]
+_Hours = Annotated[float, Field(gt=0, le=1e7)]
 _Text = Annotated[str, Field(min_length=1, pattern=r"\S")]
 _Values = Annotated[tuple[_Text, ...], Field(min_length=1), BeforeValidator(_as_values)]
 
@@ -56,12 +59,12 @@ class _DriveSection(_Section):
     model: _Text | None = None
     ratio: _Positive | None = None
     alpha_deg: Annotated[float, Field(ge=5, le=60)] | None = None
-    rated_torque_Nm: _Positive | None = None
-    reference_torque_Nm: _Positive | None = None
+    rated_torque_Nm: _Torque | None = None
+    reference_torque_Nm: _Torque | None = None
 
 
 class _NoiseSection(_Section):
-    torque_resolution_Nm: _Positive | None = None
+    torque_resolution_Nm: _Torque | None = None
     angle_resolution_rad: _Positive | None = None
 
 
@@ -71,15 +74,15 @@ class _PriorSection(_Section):
 
 class _LimitSection(_Section):
     quantity: str
-    at_torque_Nm: _Positive | None = None
+    at_torque_Nm: _Torque | None = None
     above: _Positive | None = None
     below: _Positive | None = None
 
 
 class _ForecastSection(_Section):
-    horizon_hours: _Positive = ForecastSettings.horizon_hours
+    horizon_hours: _Hours = ForecastSettings.horizon_hours
     acceptable_risk: Annotated[float, Field(gt=0, lt=1)] = ForecastSettings.acceptable_risk
-    next_shutdown_hours: _Positive | None = ForecastSettings.next_shutdown_hours
+    next_shutdown_hours: _Hours | None = ForecastSettings.next_shutdown_hours
 
 
 class _ColumnsSection(_Section):

@@ -17,10 +17,18 @@ from hdprog.data.text_stream import decode, line_blocks, require_file
 from hdprog.data.text_table import column_sign
 from hdprog.errors import BadInputError
 
-__all__ = ["EVENTS", "DriveTest", "read_tests"]
+__all__ = ["EVENTS", "RANGES", "DriveTest", "read_tests"]
 
 EVENTS = ("regreased", "reassembled", "replaced")
 """What may have happened to a drive before a test; the trend treats each as a break."""
+
+RANGES = {
+    "service_hours": (0.0, 1e7),
+    "temperature_C": (-273.15, 1000.0),
+    "mean_torque_Nm": (0.0, 1e6),
+    "mean_speed_rpm": (0.0, 1e6),
+}
+"""What a number of a test may be: what no drive can have is a slip of the keyboard."""
 
 _REQUIRED = ("test_id", "file", "service_hours")
 _KNOWN = (
@@ -179,7 +187,7 @@ def _test(path: Path, row: int, header: list[str], cells: list[str]) -> DriveTes
         path=_loop_path(path, row, texts["file"]),
         service_hours=hours,
         date=_date(path, row, texts.get("date", "")),
-        temperature_C=_number(path, row, texts, "temperature_C", lowest=-273.15),
+        temperature_C=_number(path, row, texts, "temperature_C"),
         note=texts.get("note") or None,
         event=_event(path, row, texts.get("event", "")),
         mean_torque_Nm=_number(path, row, texts, "mean_torque_Nm"),
@@ -258,9 +266,7 @@ def _event(path: Path, row: int, text: str) -> str | None:
     )
 
 
-def _number(
-    path: Path, row: int, texts: Mapping[str, str], name: str, lowest: float = 0.0
-) -> float | None:
+def _number(path: Path, row: int, texts: Mapping[str, str], name: str) -> float | None:
     text = texts.get(name, "")
     if not text:
         return None
@@ -275,12 +281,13 @@ def _number(
         )
     plain = text.replace(",", ".")
     value = float(plain) if is_number(plain) else math.nan
-    if not math.isfinite(value) or value < lowest:
+    least, most = RANGES[name]
+    if not least <= value <= most:
         raise _error(
             path,
             row,
             f"{name} = '{text}'",
-            f"a number not below {lowest:g}",
+            f"a number from {least:g} to {most:.0f}",
             "Correct the cell." + (" Unknown values stay empty." if name not in _REQUIRED else ""),
         )
     return value

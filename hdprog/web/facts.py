@@ -9,11 +9,10 @@ from typing import Annotated
 
 from fastapi import Form
 
+from hdprog.data.tests_table import RANGES
 from hdprog.errors import BadInputError
 from hdprog.store.uploads import TestFacts
 from hdprog.web.numbers import number_of
-
-_MOST = 1e9  # of whatever is counted here
 
 
 def facts_of_form(
@@ -60,7 +59,7 @@ def read_facts(texts: Mapping[str, str]) -> TestFacts:
         naming the field
     """
     given = {name: text.strip() for name, text in texts.items()}
-    hours = _number(given, "service_hours", 0.0)
+    hours = _number(given, "service_hours")
     if hours is None:
         raise BadInputError(
             "no service hours",
@@ -72,17 +71,17 @@ def read_facts(texts: Mapping[str, str]) -> TestFacts:
         service_hours=hours,
         label=given.get("test_id") or None,
         tested_on=_day(given.get("date", "")),
-        temperature_C=_number(given, "temperature_C", -273.15),
+        temperature_C=_number(given, "temperature_C"),
         note=given.get("note") or None,
         event=given.get("event") or None,
-        mean_torque_Nm=_number(given, "mean_torque_Nm", 0.0),
-        mean_speed_rpm=_number(given, "mean_speed_rpm", 0.0),
+        mean_torque_Nm=_number(given, "mean_torque_Nm"),
+        mean_speed_rpm=_number(given, "mean_speed_rpm"),
     )
     facts.check()
     return facts
 
 
-def _number(given: Mapping[str, str], name: str, least: float) -> float | None:
+def _number(given: Mapping[str, str], name: str) -> float | None:
     text = given.get(name, "")
     if not text:
         return None
@@ -90,11 +89,12 @@ def _number(given: Mapping[str, str], name: str, least: float) -> float | None:
         value = number_of(text, f"field {name}")
     except ValueError:
         value = math.nan
-    if not least <= value <= _MOST:
+    least, most = RANGES[name]
+    if not least <= value <= most:
         raise BadInputError(
             f"{name} = {text[:40]!r}",
             f"field {name}",
-            f"a number from {least:g} to {_MOST:.0f}",
+            f"a number from {least:g} to {most:.0f}",
             "Correct it.",
         )
     return value

@@ -95,6 +95,8 @@ def test_defaults() -> None:
         (lambda c: c["drive"].update(ratio="80"), "number without quotation"),
         (lambda c: c["drive"].update(ratio=True), "ratio = True"),
         (lambda c: c["drive"].update(rated_torque_Nm=0), "greater than 0"),
+        (lambda c: c["drive"].update(rated_torque_Nm=1e300), "1e.06 or less"),
+        (lambda c: c.update(forecast={"horizon_hours": 1e8}), "1e.07 or less"),
         (lambda c: c["drive"].update(alpha_deg=90), "60 or less"),
         (lambda c: c["drive"].update(alpha_deg=math.nan), "finite"),
         (lambda c: c.update(forecast={"acceptable_risk": 1.0}), "less than 1"),

@@ -97,6 +97,8 @@ def test_commas_that_can_only_be_decimal_signs_are_read(folder: Path) -> None:
         ("t03,loops/a.csv,5,09.03.2025", "date '09.03.2025'"),
         ("t03,loops/a.csv,5,,warm", "temperature_C = 'warm'"),
         ("t03,loops/a.csv,5,,-300", "temperature_C = '-300'"),
+        ("t03,loops/a.csv,5,,1e9", "temperature_C = '1e9'"),
+        ("t03,loops/a.csv,1e8", "service_hours = '1e8'"),
         ("t03,loops/a.csv,5,,,,greased", "regreased, reassembled, replaced"),
         ("t03,loops/a.csv,5,,,,,-3", "mean_torque_Nm = '-3'"),
         ("t03,loops/a.csv,5,,,one, two,regreased,1,2", "quotation marks"),
