@@ -120,6 +120,9 @@ def test_only_a_test_that_counts_is_changed_on_its_page(
     removed = client.post(f"/tests/{uid}", data={"csrf": form, **said})
     assert removed.status_code == 409
     assert "Upload its record again" in removed.text
+    drive = client.get(f"/drives/{name}").text
+    assert "1 removed or discarded record<" in drive
+    assert f'href="/tests/{uid}"' in drive
     with service_in(client).store.reading() as session:
         test = find_test(session, uid)
         assert test is not None

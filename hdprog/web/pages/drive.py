@@ -34,6 +34,7 @@ def drive_page(request: Request, who: Viewer, drive_id: DriveName) -> Response:
             "content": content_of(drive),
             "tests": list_tests(session, drive, "accepted"),
             "previews": list_tests(session, drive, "preview"),
+            "removed": list_tests(session, drive, "removed"),
             "fits": {fit.test_id: fit for fit in fits},
             "forecasts": analyses.forecasts_of(session, drive),
             "history": history,
