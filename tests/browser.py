@@ -54,9 +54,15 @@ def near(pixels: np.ndarray, colour: str) -> int:
     return int((np.abs(pixels - wanted).max(axis=-1) < 0.03).sum())
 
 
-def violations(page: Page) -> list[str]:
-    """What axe-core finds against the accessibility of a page, with the first place of each."""
+def violations(page: Page, only: str | None = None) -> list[str]:
+    """What axe-core finds against the accessibility of a page, with the first place of each.
+
+    Parameters
+    ----------
+    page : open in the browser
+    only : one rule to look for; all where it is left out
+    """
     from axe_playwright_python.sync_playwright import Axe
 
-    found = Axe().run(page).response["violations"]
+    found = Axe().run(page, options={"runOnly": [only]} if only else None).response["violations"]
     return [f"{one['id']}: {one['help']}: {one['nodes'][0]['html'][:200]}" for one in found]

@@ -62,7 +62,8 @@ def test_play_that_grows_is_followed_and_counts_once(invoke: Invoke, tmp_path: P
     assert shown.exit_code == 0, shown.stderr
     summary = json.loads((tmp_path / "found" / "summary.json").read_text("utf-8"))
     explained = json.loads((tmp_path / "found" / "explain.json").read_text("utf-8"))
-    assert [effect["id"] for effect in explained["effects"]] == ["backlash"]
+    (found,) = explained["effects"]
+    assert (found["id"], found["origin"]) == ("backlash", "wear")
     assert explained["after"]["rmse_rad"] <= explained["before"]["rmse_rad"]
     trend = summary["trend"]
     assert trend["followed_effects"] == ["backlash"]

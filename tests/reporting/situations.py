@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 
+from hdprog.reporting.build import build_report
 from hdprog.results import DriveResult
 from tests.reporting import drives, explanations
 
@@ -16,3 +18,9 @@ SITUATIONS: Mapping[str, Callable[[], DriveResult]] = {
     "effect-found": explanations.of_drive,
     "unexplained": lambda: explanations.single(explanations.unexplained()),
 }
+
+
+@cache
+def report_of(name: str) -> str:
+    """The report of a situation, made once for all the tests that look at it."""
+    return build_report(SITUATIONS[name]())

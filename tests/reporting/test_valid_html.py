@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 from tinyhtml5.parser import HTMLParser
 
-from hdprog.reporting.build import build_report
 from tests.example_reports.build import REPORTS
-from tests.reporting.situations import SITUATIONS
+from tests.reporting.situations import SITUATIONS, report_of
 
 EXAMPLES = sorted(REPORTS.glob("*.html"))
 
@@ -27,7 +26,7 @@ def test_examples_are_valid(path: Path) -> None:
 
 @pytest.mark.parametrize("name", SITUATIONS)
 def test_every_situation_makes_a_valid_report(name: str) -> None:
-    assert errors(build_report(SITUATIONS[name]())) == []
+    assert errors(report_of(name)) == []
 
 
 def test_an_unclosed_tag_is_an_error() -> None:

@@ -23,7 +23,6 @@ TESTS = ["t01", "t04", "t06"]
         ("one-effect", "explained", {"creep": "rig"}),
         ("two-effects", "explained", {"kinematic_error": "rig", "thermal_drift": "rig"}),
         ("on-no-list", "unexplained", {"unknown": "rig"}),
-        ("grows-with-wear", "explained", {"coulomb_friction": "wear"}),
     ],
 )
 def test_a_drive_is_run_whole_with_what_it_lacks(
