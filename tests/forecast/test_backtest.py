@@ -10,6 +10,7 @@ import pytest
 
 from hdprog.config import Drive, ForecastSettings, Limit
 from hdprog.data.truth_file import Truth
+from hdprog.forecast import backtest
 from hdprog.forecast.backtest import CrossingScore, OriginScores, score_crossing, score_origin
 from hdprog.forecast.backtest_pool import (
     DriveScores,
@@ -29,6 +30,7 @@ from hdprog.forecast.what_came import (
     what_came,
 )
 from hdprog.physics.figures import Operation
+from hdprog.trend.fitting import fit_trend
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.trend import cold_and_hot
 from tests.trend.stand_in import ALPHA, PRIOR, wearing_drive
@@ -177,20 +179,21 @@ def test_spread_of_the_mounting_and_of_the_test_is_in_the_prediction(origin: Ori
     assert width > 0.01 * nearest.measured
 
 
-def test_a_later_test_is_predicted_as_warm_as_it_was() -> None:
+def test_a_later_test_is_predicted_as_warm_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a drive whose friction falls by a tenth in 10 K; the last test was hot."""
     width = Limit("hysteresis_width_arcmin", 0.2, "below")
     drive = Drive(limits=(width,), forecast=ForecastSettings(10_000.0))
     tests = cold_and_hot.drive(cold_and_hot.COLD_AND_HOT)
     seen = [seen_test(f"t{n}", one, [width], PRIOR, OPERATION) for n, one in enumerate(tests)]
     assert seen[-1].temperature_C == 35.0
+    wear = read_wear_prior()
+    trend = fit_trend(tests[:-1], PRIOR, wear, np.random.default_rng(3), quick=True)
+    monkeypatch.setattr(backtest, "fit_trend", lambda *_, **__: trend)
     predicted = []
     for warm in (35.0, 15.0, None):
         told = [*seen[:-1], dataclasses.replace(seen[-1], temperature_C=warm)]
-        seed, wear = np.random.SeedSequence(3), read_wear_prior()
-        scored = score_origin(
-            tests[:-1], told, drive, PRIOR, wear, OPERATION, None, seed, quick=True
-        )
+        seed = np.random.SeedSequence(3)
+        scored = score_origin(tests[:-1], told, drive, PRIOR, wear, OPERATION, None, seed)
         predicted.append(scored.figures[0])
     hot, cold, unknown = predicted
     # The same forecast, told at other temperatures: 20 K are a fifth of the width.
