@@ -10,7 +10,16 @@ import typer
 
 from hdprog.cli.common import print_json
 from hdprog.cli.exits import ExitCode
-from hdprog.cli.options import AsJson, Columns, DriveFile, LoopsOrFolders, Select
+from hdprog.cli.options import (
+    AsJson,
+    Columns,
+    DriveFile,
+    IdleQuick,
+    IdleQuiet,
+    IdleSeed,
+    LoopsOrFolders,
+    Select,
+)
 
 if TYPE_CHECKING:
     from hdprog.data.check import CheckReport
@@ -22,6 +31,9 @@ def check(
     select: Select = None,
     drive: DriveFile = None,
     as_json: AsJson = False,
+    _seed: IdleSeed = 0,
+    _quick: IdleQuick = False,
+    _quiet: IdleQuiet = False,
 ) -> None:
     """Say whether loop files or drive folders are usable.
 

@@ -43,6 +43,11 @@ Quiet = Annotated[
     bool,
     typer.Option("--quiet", help="Show no progress."),
 ]
+# The common options belong to every command, so that scripts need not tell commands apart.
+_IDLE = "Taken as by other commands; changes nothing here."
+IdleSeed = Annotated[int, typer.Option("--seed", min=0, hidden=True, help=_IDLE)]
+IdleQuick = Annotated[bool, typer.Option("--quick", hidden=True, help=_IDLE)]
+IdleQuiet = Annotated[bool, typer.Option("--quiet", hidden=True, help=_IDLE)]
 Out = Annotated[
     Path | None,
     typer.Option(

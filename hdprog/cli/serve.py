@@ -46,7 +46,10 @@ def serve(
         ),
     ] = None,
     demo: Annotated[
-        bool, typer.Option("--demo", help="Start with the shipped drives, in a place of their own.")
+        bool,
+        typer.Option(
+            "--demo", help="Start with the shipped drives, in a place that goes when it ends."
+        ),
     ] = False,
 ) -> None:
     """Serve the upload page.
@@ -66,8 +69,14 @@ def serve(
             "127.0.0.1: anybody who reaches the port could change everything. Leave one of the "
             "two out."
         )
+    if demo and (data is not None or database is not None):
+        raise UsageError(
+            "--demo: found it with a data folder or a database (--data, --database, or HDPROG_DATA "
+            "or HDPROG_DATABASE in the environment), expected neither: its drives, its account and "
+            "its settings would be among your own. Leave one of the two out."
+        )
     with ExitStack() as held:
-        if demo and data is None:
+        if demo:
             place = held.enter_context(tempfile.TemporaryDirectory(prefix="hdprog-demo-"))
             data = Path(place)
         folder = data_folder(data)
@@ -116,12 +125,11 @@ def _is_loopback(host: str) -> bool:
 
 
 def _fill(store: object) -> None:
-    """Take the shipped drives in and make an account that may do everything, if they are not."""
+    """Take the shipped drives in and make an account that may do everything."""
     from hdprog.service.importing import take_in_folder
     from hdprog.service.queue import Queue
     from hdprog.store import accounts
     from hdprog.store.audit import COMMAND_LINE
-    from hdprog.store.drives import find_drive
     from hdprog.store.settings import ServiceSettings, change_settings
     from hdprog.store.store import Store
 
@@ -130,14 +138,10 @@ def _fill(store: object) -> None:
     queue.prepare()
     with as_file(shipped("datasets")) as datasets:
         for name in _DEMO:
-            with store.reading() as session:
-                known = find_drive(session, name) is not None
-            if not known:
-                take_in_folder(store, queue, datasets / name)
+            take_in_folder(store, queue, datasets / name)
     queue.close()
     with store.writing() as session:
-        if accounts.find_user(session, "demo") is None:
-            password = secrets.token_urlsafe(9)
-            accounts.add_user(session, COMMAND_LINE, "demo", password, "admin")
-            change_settings(session, COMMAND_LINE, ServiceSettings("Demonstration", quick=True))
-            typer.echo(f"Log in as demo with the password {password}", err=True)
+        password = secrets.token_urlsafe(9)
+        accounts.add_user(session, COMMAND_LINE, "demo", password, "admin")
+        change_settings(session, COMMAND_LINE, ServiceSettings("Demonstration", quick=True))
+    typer.echo(f"Log in as demo with the password {password}", err=True)

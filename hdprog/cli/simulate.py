@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from hdprog.cli.common import command_line, output_folder, print_json
-from hdprog.cli.options import AsJson, Seed
+from hdprog.cli.options import AsJson, IdleQuick, IdleQuiet, Seed
 
 
 class Wear(StrEnum):
@@ -44,6 +44,8 @@ def simulate(
     ] = None,
     seed: Seed = 0,
     as_json: AsJson = False,
+    _quick: IdleQuick = False,
+    _quiet: IdleQuiet = False,
 ) -> None:
     """Make a drive folder with known truth.
 

@@ -22,17 +22,14 @@ def order_doubts(tests: Sequence[DriveTest]) -> Mapping[str, str]:
     -------
     mapping of str to str
         Name of a test → what contradicts it, in words. A test that contradicts several others is
-        told of once; a drive that was replaced in between begins with fewer hours.
+        told of once.
     """
     dated = [(test, test.date) for test in tests if test.date is not None]
-    replaced = [(test, date) for test, date in dated if test.event == "replaced"]
     told: set[str] = set()
     found: dict[str, str] = {}
     for number, (test, date) in enumerate(dated):
         for other, later in reversed(dated[:number]):
             if later <= date or other.service_hours == test.service_hours:
-                continue
-            if any(date <= day <= later and new is not test for new, day in replaced):
                 continue
             if other.test_id not in told:
                 found[test.test_id] = _words(test, date, other, later)
@@ -45,6 +42,7 @@ def _words(test: DriveTest, date: datetime.date, other: DriveTest, later: dateti
     return (
         f"By its date, test {test.test_id} ({date}, {test.service_hours:g} h) comes before test "
         f"{other.test_id} ({later}, {other.service_hours:g} h), and by its service hours after "
-        "it. The hours decide: correct what is wrong in tests.csv, or write replaced as the event "
-        "of the first test of a new drive."
+        "it. The hours decide: correct what is wrong in tests.csv. Where a new drive took its "
+        "place in between, let its hours go on from those of the old one, and write replaced as "
+        "the event of its first test."
     )

@@ -7,7 +7,7 @@ import datetime
 import difflib
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
 
@@ -111,12 +111,12 @@ def read_tests(folder: Path) -> tuple[tuple[DriveTest, ...], tuple[BadInputError
         raise _error(path, None, "nothing in it", "a header and one row a test", "Fill it in.")
     header_row, header = rows[0]
     _check_header(path, header_row, header)
-    tests: list[DriveTest] = []
+    tests: dict[int, DriveTest] = {}
     problems: list[BadInputError] = []
     for row, cells in rows[1:]:
         try:
             test = _test(path, row, header, cells)
-            if any(other.test_id == test.test_id for other in tests):
+            if any(other.test_id == test.test_id for other in tests.values()):
                 raise _error(
                     path,
                     row,
@@ -124,14 +124,50 @@ def read_tests(folder: Path) -> tuple[tuple[DriveTest, ...], tuple[BadInputError
                     "each test_id once",
                     "Give the test a name of its own.",
                 )
-            tests.append(test)
+            tests[row] = test
         except BadInputError as error:
             problems.append(error)
     if not tests and not problems:
         raise _error(
             path, header_row, "a header and no test below it", "one row a test", "Add the tests."
         )
-    return tuple(sorted(tests, key=lambda test: test.service_hours)), tuple(problems)
+    problems += _begun_again(path, tests)
+    return tuple(sorted(tests.values(), key=lambda test: test.service_hours)), tuple(problems)
+
+
+def _begun_again(path: Path, tests: Mapping[int, DriveTest]) -> list[BadInputError]:
+    """What is wrong where a new drive's hours begin anew: by its hours it comes before the old."""
+    problems = []
+    rows = list(tests)
+    for number, (row, new) in enumerate(tests.items()):
+        if new.event != "replaced":
+            continue
+        old = _tests_before(new, [tests[other] for other in rows[:number]], tests.values())
+        most = max(old, key=lambda test: test.service_hours, default=new)
+        if most.service_hours > new.service_hours:
+            problems.append(
+                _error(
+                    path,
+                    row,
+                    f"service_hours = {new.service_hours:g} of a new drive (event replaced), less "
+                    f"than the {most.service_hours:g} of test {most.test_id} before it",
+                    "hours that go on counting when the drive is replaced, as tests are taken in "
+                    "their order",
+                    "Add the old drive's last hours to those of the new one, or give the new one "
+                    "a folder of its own; where a date is wrong, correct it.",
+                )
+            )
+    return problems
+
+
+def _tests_before(
+    new: DriveTest, above: Sequence[DriveTest], every: Iterable[DriveTest]
+) -> list[DriveTest]:
+    """Tests before a new drive's first: by date; without one the rows above, if in order."""
+    if new.date is not None:
+        return [test for test in every if test.date is not None and test.date < new.date]
+    hours = [test.service_hours for test in above]
+    return list(above) if len(hours) > 1 and hours == sorted(hours) else []
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:

@@ -26,6 +26,14 @@ def test_every_option_has_help(name: str) -> None:
     assert [param.name for param in command.params if not getattr(param, "help", None)] == []
 
 
+@pytest.mark.parametrize(
+    "name", "demo check fit explain compare run fleet simulate reproduce-paper".split()
+)
+def test_the_common_options_are_those_of_every_command(name: str) -> None:
+    options = {option for param in GROUP.commands[name].params for option in param.opts}
+    assert {"--seed", "--json", "--quick", "--quiet"} <= options
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_help_names_the_command_and_ends_well(invoke: Invoke, name: str) -> None:
     shown = invoke(name, "--help")

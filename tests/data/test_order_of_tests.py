@@ -10,7 +10,7 @@ import pytest
 from hdprog.data.check import check_path
 from hdprog.data.drive_folder import read_drive_folder, read_test_loop
 from hdprog.data.order_of_tests import order_doubts
-from hdprog.data.tests_table import DriveTest
+from hdprog.data.tests_table import DriveTest, read_tests
 from tests.data.samples import table, write
 
 
@@ -33,9 +33,8 @@ IN_ORDER = [("a", 0, "2025-01-01"), ("b", 500, "2025-02-01"), ("c", 900, "2025-0
         # One wrong date is told of once, not at every test after it.
         ([("a", 0, "2035-01-01"), *IN_ORDER[1:]], {"b": "a"}),
         ([*IN_ORDER[:2], ("c", 900, "2005-03-01")], {"c": "b"}),
-        # A new drive begins anew; an old one that is put back does not explain what came before.
-        ([("n", 10, "2025-04-01", "replaced"), *IN_ORDER[1:]], {}),
-        ([("n", 10, "2025-04-01", "replaced"), ("o", 700, "2025-05-01"), IN_ORDER[2]], {}),
+        # Hours do not begin anew with a new drive.
+        ([("n", 10, "2025-04-01", "replaced"), ("o", 700, "2025-05-01"), IN_ORDER[2]], {"c": "o"}),
         ([("n", 10, "2025-04-01"), ("b", 500, "2025-02-01", "replaced")], {"b": "n"}),
         ([("n", 10, "2025-04-01", "regreased"), ("b", 500, "2025-02-01")], {"b": "n"}),
     ],
@@ -46,6 +45,36 @@ def test_contradictions_are_found(rows: list[tuple], doubtful: dict[str, str]) -
     for name, other in doubtful.items():
         assert f"test {name} (" in found[name]
         assert f"test {other} (" in found[name]
+
+
+@pytest.mark.parametrize(
+    ("rows", "refused"),
+    [
+        ("a,0,2025-01-01, b,500,2025-02-01, n,10,2025-03-01,replaced", "500 of test b"),
+        ("a,0,2025-01-01, b,500,2025-02-01, n,510,2025-03-01,replaced", None),
+        # Newest first in the file; without dates the rows' order tells, if they are in order.
+        ("n,10,2025-03-01,replaced, b,500,2025-02-01, a,0,2025-01-01", "500 of test b"),
+        ("a,0, b,500, n,0,,replaced, o,300", "500 of test b"),
+        ("n,900,,replaced, b,500, a,0", None),
+        ("b,500, n,0,,replaced", None),
+    ],
+)
+def test_a_new_drives_hours_go_on_from_the_old(
+    tmp_path: Path, rows: str, refused: str | None
+) -> None:
+    write(tmp_path / "a.csv", table())
+    lines = ["test_id,service_hours,date,event,file"]
+    for row in rows.split(", "):
+        name, hours, *rest = row.split(",")
+        day, event = [*rest, "", ""][:2]
+        lines.append(f"{name},{hours},{day},{event},a.csv")
+    write(tmp_path / "tests.csv", "\n".join(lines) + "\n")
+    _, problems = read_tests(tmp_path)
+    words = [str(problem) for problem in problems]
+    assert len(words) == (refused is not None)
+    if refused is not None:
+        assert f"less than the {refused} before it" in words[0]
+        assert "Add the old drive's last hours" in words[0]
 
 
 def test_check_and_run_tell_both_tests(tmp_path: Path) -> None:

@@ -160,6 +160,12 @@ def test_no_login_stays_on_this_machine(tmp_path: Path) -> None:
         hdprog("serve", "--no-login", "--host", "0.0.0.0", "--data", str(tmp_path))
 
 
+def test_the_demonstration_is_not_among_ones_own_drives(tmp_path: Path) -> None:
+    with pytest.raises(AssertionError, match="expected neither"):
+        hdprog("serve", "--demo", "--data", str(tmp_path))
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_accounts_and_tokens_from_the_command_line(tmp_path: Path) -> None:
     data = ("--data", str(tmp_path))
     assert "role admin" in hdprog("user", "add", "ada", *data, given=PASSWORD + "\n")
