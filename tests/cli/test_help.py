@@ -27,7 +27,8 @@ def test_every_option_has_help(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", "demo check fit explain compare run fleet simulate reproduce-paper".split()
+    "name",
+    ["demo", "check", "fit", "explain", "compare", "run", "fleet", "simulate", "reproduce-paper"],
 )
 def test_the_common_options_are_those_of_every_command(name: str) -> None:
     options = {option for param in GROUP.commands[name].params for option in param.opts}
