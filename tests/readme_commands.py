@@ -14,6 +14,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
@@ -39,12 +40,14 @@ def console_commands(text: str) -> list[str]:
     ]
 
 
-def trimmed(output: str) -> str:
-    """Cut long lines, drop trailing space and the empty lines at the end."""
+def wrapped(output: str) -> str:
+    """Go on with long lines on the next, drop trailing space and the empty lines at the end."""
     lines = [line.rstrip() for line in output.rstrip().splitlines()]
-    return "".join(
-        f"{line if len(line) <= WIDTH else line[: WIDTH - 2] + ' …'}\n" for line in lines
-    )
+    shown = [
+        textwrap.fill(line, WIDTH, subsequent_indent="    ") if len(line) > WIDTH else line
+        for line in lines
+    ]
+    return "".join(f"{line}\n" for line in shown)
 
 
 def updated(text: str, run: Callable[[str], str]) -> str:
@@ -52,7 +55,7 @@ def updated(text: str, run: Callable[[str], str]) -> str:
 
     def refresh(match: re.Match[str]) -> str:
         commands = [line for line in match["lines"].splitlines() if line.startswith("$ ")]
-        shown = "".join(f"{line}\n{trimmed(run(line.removeprefix('$ ')))}" for line in commands)
+        shown = "".join(f"{line}\n{wrapped(run(line.removeprefix('$ ')))}" for line in commands)
         return f"```console\n{shown}```"
 
     return CONSOLE.sub(refresh, text)

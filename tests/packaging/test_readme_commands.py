@@ -7,7 +7,7 @@ import shlex
 import typer
 
 from hdprog.cli import app
-from tests.readme_commands import README, console_commands, named_commands, trimmed, updated
+from tests.readme_commands import README, console_commands, named_commands, updated, wrapped
 
 TEXT = README.read_text(encoding="utf-8")
 
@@ -37,7 +37,8 @@ def test_update_replaces_only_the_output() -> None:
     )
 
 
-def test_long_lines_are_trimmed() -> None:
-    [line] = trimmed("x" * 300).splitlines()
-    assert len(line) == 100
-    assert line.endswith(" …")
+def test_long_lines_go_on_and_lose_nothing() -> None:
+    said = " ".join(["word"] * 60)
+    lines = wrapped(f"{said}\n\n").splitlines()
+    assert max(len(line) for line in lines) <= 100
+    assert " ".join(line.strip() for line in lines) == said
