@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import configparser
+import json
 import re
 import shlex
 import shutil
@@ -14,6 +15,7 @@ import pytest
 import typer
 
 from hdprog.cli import app
+from hdprog.config import drive_from_mapping
 
 TEXT = (Path(__file__).resolve().parents[2] / "reports/guide/serving.md").read_text("utf-8")
 COMMANDS: Any = typer.main.get_command(app)
@@ -48,6 +50,12 @@ def test_commands_and_options_exist(words: list[str]) -> None:
 
 def test_there_are_commands_to_check() -> None:
     assert len(commands()) >= 8
+
+
+def test_a_drive_that_is_sent_is_one() -> None:
+    sent = re.findall(r"-d '(\{.*?\})' \\\n", "".join(blocks("sh")))
+    drives = [drive_from_mapping(json.loads(body)) for body in sent]
+    assert [drive.id for drive in drives] == ["cell3-axis2"]
 
 
 def test_the_unit_is_one_that_systemd_takes(tmp_path: Path) -> None:
