@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import traceback
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, as_completed
+from concurrent.futures import BrokenExecutor, Executor, Future, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -28,6 +29,8 @@ from hdprog.parallel import process_executor
 Progress = Callable[[str, int, int], None]
 SCHEMA = "hdprog.fleet/1"
 _KEY = "input.sha256"
+_MISTAKE = "a mistake in hdprog"
+_DIED = "its process ended before it was done, perhaps for want of memory; run the fleet again"
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,11 @@ class Fleet:
     def converged(self) -> bool:
         """Whether every fit and every trend of every drive converged."""
         return all(drive["converged"] for drive in self.content["drives"])
+
+    @property
+    def broken(self) -> bool:
+        """Whether a drive was left out by a mistake of the program, not of its files."""
+        return any(one["reason"].startswith(_MISTAKE) for one in self.content["left_out"])
 
     @property
     def sentence(self) -> str:
@@ -207,13 +215,11 @@ def _key(folder: Path, seed: int, quick: bool, explain: bool) -> str:
 
 def _priors(drive: Drive) -> tuple[str, str]:
     """The prior of the drive's loops and that of its wear, whatever files they are from."""
-    from hdprog.inference.prior_file import prior_of_drive
-    from hdprog.inference.priors import RecordScales
+    from hdprog.inference.prior_file import prior_file_of, require_prior
     from hdprog.trend.wear_prior import read_wear_prior
 
-    prior, _ = prior_of_drive(drive, RecordScales(1.0, 1.0))
-    told = (prior.name, prior.mean.tolist(), prior.sd.tolist(), sorted(prior.catalogue.items()))
-    return json.dumps(told), read_wear_prior().model_dump_json()
+    require_prior(drive)
+    return prior_file_of(drive).model_dump_json(), read_wear_prior().model_dump_json()
 
 
 @contextmanager
@@ -234,8 +240,12 @@ def _runner(
 
 
 def _spread(executor: Executor, orders: Sequence[Order], command: str) -> Iterator[LeftOut | None]:
-    for task in as_completed([executor.submit(_run_one, order, command, 1) for order in orders]):
-        yield task.result()
+    tasks = {executor.submit(_run_one, order, command, 1): order for order in orders}
+    for task in as_completed(tasks):
+        try:
+            yield task.result()
+        except BrokenExecutor as error:
+            yield LeftOut(tasks[task].name, f"{_DIED} ({error})")
 
 
 def _spread_packed(
@@ -246,7 +256,12 @@ def _spread_packed(
         executor.submit(run_packed, packed(order.folder), order, command): order for order in orders
     }
     for task in as_completed(tasks):
-        found, order = task.result(), tasks[task]
+        order = tasks[task]
+        try:
+            found = task.result()
+        except Exception as error:  # a worker that is lost, in whatever words the cluster has
+            yield LeftOut(order.name, f"{_DIED} ({error})")
+            continue
         if isinstance(found, LeftOut):
             yield found
             continue
@@ -275,11 +290,14 @@ def _run_one(order: Order, command: str, workers: int | None) -> LeftOut | None:
             explain=order.explain,
             workers=workers,
         )
+        order.out.parent.mkdir(parents=True, exist_ok=True)
+        outcome.write(order.out, command, workers)
+        atomic_write_text(order.out / _KEY, order.key + "\n")
     except (HdprogError, OSError) as error:
         return LeftOut(order.name, str(error))
-    order.out.parent.mkdir(parents=True, exist_ok=True)
-    outcome.write(order.out, command, workers)
-    atomic_write_text(order.out / _KEY, order.key + "\n")
+    except Exception as error:  # whatever it is, the other drives go on
+        traceback.print_exc()
+        return LeftOut(order.name, f"{_MISTAKE}: {type(error).__name__}: {error}")
     return None
 
 

@@ -69,6 +69,8 @@ def fleet(
         for one in found.content["left_out"]:
             typer.echo(f"Left out: {one['folder']}: {one['reason']}", err=True)
         typer.echo(f"List: {place / 'index.html'}")
+    if found.broken:
+        raise typer.Exit(ExitCode.BUG)
     if not found.converged:
         typer.echo(
             "Not converged: the numbers of the drives that the list marks are provisional.",

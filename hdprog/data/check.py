@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from hdprog.config import Drive, read_drive
 from hdprog.data.drive_folder import require_drive_folder
+from hdprog.data.loads_of_tests import load_doubts
 from hdprog.data.loop import Loop
 from hdprog.data.order_of_tests import order_doubts
 from hdprog.data.quality import Quality, assess
@@ -181,8 +182,9 @@ def _check_folder(
     notes.lines.append(f"Drive {drive.id}: {number}, {limits}.")
     if not drive.limits:
         notes.warning(drive.id, "Without [[limits]] in drive.toml nothing can be forecast.")
-    for name, doubt in order_doubts(tests).items():
-        notes.warning(name, doubt)
+    for found in (order_doubts(tests), load_doubts(tests)):
+        for name, doubt in found.items():
+            notes.warning(name, doubt)
     seen: dict[str, str] = {}
     for test in tests:
         loop = _check_loop(notes, test.test_id, test.path, columns, select, drive)

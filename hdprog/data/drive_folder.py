@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hdprog.config import Drive, read_drive
+from hdprog.data.loads_of_tests import load_doubts
 from hdprog.data.loop import Loop
 from hdprog.data.order_of_tests import order_doubts
 from hdprog.data.readers import read_loop
@@ -96,5 +97,6 @@ def read_test_loop(folder: DriveFolder, test: DriveTest) -> Loop:
         The file is not a usable record.
     """
     loop = read_loop(test.path, drive=folder.drive)
-    doubt = order_doubts(folder.tests).get(test.test_id)
-    return loop if doubt is None else loop.with_warnings((doubt,))
+    found = (order_doubts(folder.tests), load_doubts(folder.tests))
+    doubts = tuple(said[test.test_id] for said in found if test.test_id in said)
+    return loop.with_warnings(doubts) if doubts else loop

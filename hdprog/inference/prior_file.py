@@ -93,6 +93,25 @@ def read_prior_file(name: str, folder: Path | None = None) -> PriorFile:
     return parse_prior(_shipped_files()[served].read_bytes(), f"prior file {served}.toml")
 
 
+def _named(drive: Drive) -> str | None:
+    """The prior that a drive's file names, or the one of its model."""
+    if drive.prior is not None:
+        return str(drive.prior)
+    return None if drive.model is None else name_of_model(drive.model)
+
+
+def prior_file_of(drive: Drive) -> PriorFile:
+    """The prior file that a drive's file asks for: a named one, its model's, or the generic one.
+
+    Raises
+    ------
+    BadInputError
+        for a prior that does not exist
+    """
+    folder = drive.source.parent if drive.source is not None else None
+    return read_prior_file(_named(drive) or GENERIC, folder)
+
+
 def prior_of_drive(drive: Drive, scales: RecordScales) -> tuple[Prior, str | None]:
     """The prior that a drive's file asks for, and a remark for the report.
 
@@ -105,19 +124,16 @@ def prior_of_drive(drive: Drive, scales: RecordScales) -> tuple[Prior, str | Non
         for a prior that does not exist, and for a limit on a stiffness between torques of the
         maker that the prior does not give
     """
-    folder = drive.source.parent if drive.source is not None else None
-    served = name_of_model(drive.model) if drive.model is not None else None
-    if drive.prior is not None or served is not None:
-        prior = read_prior_file(str(drive.prior or served), folder).prior(scales)
-        _require_stretches(drive, prior.catalogue_torques)
+    named = _named(drive)
+    prior = prior_file_of(drive).prior(scales)
+    _require_stretches(drive, None if named is None else prior.catalogue_torques)
+    if named is not None:
         return prior, None
-    _require_stretches(drive, None)
     remark = (
         "No model and no prior are declared for the drive"
         if drive.model is None
         else f"No prior is known for model {drive.model}"
     )
-    prior = read_prior_file(GENERIC).prior(scales)
     return prior, (
         f"{remark}: the prior is centred on the record's own secant stiffness "
         f"({scales.secant_stiffness:.3g} Nm/rad) with a log-sd of 1.5, so what a test does not "

@@ -87,7 +87,6 @@ def fleet_entry(summary: Mapping[str, Any]) -> FleetEntry:
     first = first_forecast(forecasts)
     remaining = {} if first is None else first["remaining_hours"]
     rank, hours = _rank(verdict["status"], first)
-    tests = summary["tests"]
     return FleetEntry(
         status=verdict["status"],
         provisional=verdict["provisional"],
@@ -97,9 +96,17 @@ def fleet_entry(summary: Mapping[str, Any]) -> FleetEntry:
         rank_hours=hours,
         remaining_hours={name: remaining.get(name) for name in ("q05", "q50", "q95") if remaining},
         inspect_before_hours=None if first is None else first["inspect_before_hours"],
-        course=_course(tests, forecasts, ReportSettings(**summary.get("report", {}))),
-        warnings=len(summary["warnings"]) + len(tests[-1]["warnings"]),
+        course=_course(summary),
+        warnings=len(_warnings(summary)),
     )
+
+
+def _warnings(summary: Mapping[str, Any]) -> set[str]:
+    """The different warnings of a drive: its own, its trend's and its tests'."""
+    trend = summary.get("trend") or {}
+    said = [summary["warnings"], trend.get("warnings", ())]
+    said += [test["warnings"] for test in summary["tests"]]
+    return {text for texts in said for text in texts}
 
 
 def first_forecast(forecasts: list[dict[str, Any]]) -> dict[str, Any] | None:
@@ -135,11 +142,10 @@ def _sentence(text: str) -> str:
     return tidy(sentences[0])
 
 
-def _course(
-    tests: list[dict[str, Any]], forecasts: list[dict[str, Any]], settings: ReportSettings
-) -> Course | None:
-    """Find the course of the figure that is nearest to its limit."""
-    limited = [one for one in forecasts if one["quantity"] != FIRST_LIMIT]
+def _course(summary: Mapping[str, Any]) -> Course | None:
+    """Find the course of the figure that is nearest to its limit, with the effects that count."""
+    tests, trend = summary["tests"], summary.get("trend") or {}
+    limited = [one for one in summary["forecast"] if one["quantity"] != FIRST_LIMIT]
     if not limited:
         return None
 
@@ -151,12 +157,14 @@ def _course(
     lead = min(limited, key=nearness)
     at = lead["at_torque_Nm"]
     key = lead["quantity"] if at is None else f"{lead['quantity']}@{at:g}Nm"
-    found = [
-        (test["service_hours"], test["figures"].get(key, {}).get("q50"))
-        for test in tests
-        if test["service_hours"] is not None
-    ]
-    with shown_in(settings):
+    found = []
+    for test in tests:
+        figures = test["figures"]
+        if trend.get("followed_effects"):
+            figures = figures | (test.get("figures_with_effects") or {})
+        if test["service_hours"] is not None:
+            found.append((test["service_hours"], figures.get(key, {}).get("q50")))
+    with shown_in(ReportSettings(**summary.get("report", {}))):
         named = quantity(key)
     points = tuple(
         (float(hours), named.factor * float(value)) for hours, value in found if value is not None

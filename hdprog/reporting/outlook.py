@@ -127,6 +127,11 @@ def next_test_hours(result: DriveResult) -> float | None:
     return now + (forecast.horizon_hours - now) / 2.0
 
 
+def tested_at(result: DriveResult) -> int:
+    """How many service hours there are tests of: only different ones tell of a pace."""
+    return len({test.service_hours for test in result.tests})
+
+
 def waiting_hours(forecast: Forecast, count: int = 6) -> list[float]:
     """Round service hours at which to state the risk, from now to where little is left to learn.
 

@@ -52,12 +52,14 @@ def _sudden(found: SuddenEffect, tests: Sequence[TestResult]) -> str:
 def off_course(course: FigureTrend) -> list[int]:
     """The tests that lie apart from the course by more than remounting moves a figure.
 
-    Their 90 % intervals do not meet the course's, and their medians are a tenth of it away.
+    Their 90 % intervals do not meet the course's, and their medians are a tenth of it away. Where
+    tests are at the same hours, as before and after regreasing, the course is that after the last.
     """
     at, own = _at_tests(course), course.test_quantiles
     apart = (own[0] > at[-1]) | (own[-1] < at[0])
     far = np.abs(own[_MEDIAN] - at[_MEDIAN]) > _REMOUNTED * np.abs(at[_MEDIAN])
-    return [int(test) for test in np.flatnonzero(apart & far)]
+    last = np.append(np.diff(course.test_hours) > 0, True)
+    return [int(test) for test in np.flatnonzero(apart & far & last)]
 
 
 def _at_tests(course: FigureTrend) -> FloatArray:

@@ -25,7 +25,6 @@ from hdprog.reporting.trend_words import off_course
 from hdprog.reporting.words import (
     agree,
     capital,
-    counted,
     figure_interval,
     listed,
     quantity,
@@ -61,6 +60,7 @@ class Verdict:
         return " ".join(self.sentences)
 
 
+_LIKELY_ENOUGH = 0.05  # of having been passed already: the early end of 90 % is now
 _LABELS: dict[Status, str] = {
     "act": "Act now",
     "plan": "Plan an inspection",
@@ -80,8 +80,8 @@ def _verdict(result: DriveResult) -> Verdict:
     if not result.converged:
         sentences.append(not_converged(result))
     main = outlook.overall(result.forecasts)
-    if main is not None and len(result.tests) == 1:
-        sentences.append(_one_test(result))
+    if main is not None and outlook.tested_at(result) == 1:
+        sentences.append(_no_pace(result))
     if main is None:
         sentences += _present(result)
         status: Status = "present"
@@ -211,6 +211,18 @@ def _coming(forecast: Forecast, subject: tuple[str, str]) -> str:
     crossing, spread = outlook.crossing_hours(forecast), outlook.spread(forecast)
     early, late = crossing.get(0.05), crossing.get(0.95)
     horizon = hours(forecast.horizon_hours)
+    if outlook.risk_now(forecast) >= _LIKELY_ENOUGH:
+        risk = percent(outlook.risk_now(forecast))
+        later = percent(1.0 - forecast.probability_crossed_by_horizon)
+        when = (
+            f"later than {horizon} with a probability of {later}"
+            if late is None
+            else f"before {hours_up(late, spread)} (95 %)"
+        )
+        return (
+            f"{name} is forecast to {verb} {when}; with a probability of {risk} that has "
+            "happened already."
+        )
     if early is None:
         stays = percent(1.0 - forecast.probability_crossed_by_horizon)
         return f"{name} is not forecast to {verb} before {horizon} (probability {stays})."
@@ -233,11 +245,12 @@ def _shutdown(result: DriveResult, main: Forecast) -> list[str]:
         return []
     at, risk = ahead
     accepted = share(main.acceptable_risk)
-    compared = (
-        f"above the accepted {accepted}: do not wait for it"
-        if risk > main.acceptable_risk
-        else f"within the accepted {accepted}: it can wait"
-    )
+    compared = f"within the accepted {accepted}: it can wait"
+    date = outlook.inspection_hours(main)
+    if risk > main.acceptable_risk:
+        compared = f"above the accepted {accepted}: do not wait for it"
+    elif date is not None and date < at:
+        compared += " till then, as the date to inspect before is rounded down"
     return [
         f"If nothing is done, the risk by the next shutdown at {hours(at)} is "
         f"{percent_beside(risk, main.acceptable_risk)}, "
@@ -250,21 +263,22 @@ def _carrier(result: DriveResult) -> str:
     return "the prior" if fleet is None else "the fleet"
 
 
-def _one_test(result: DriveResult) -> str:
+def _no_pace(result: DriveResult) -> str:
     """Too little to see wear in: said before anything that is forecast."""
-    return (
-        f"There is one test only: how fast this drive wears comes from {_carrier(result)}, not "
-        "from the drive."
-    )
+    seen = "There is one test only"
+    if len(result.tests) > 1:
+        seen = "All tests are at the same service hours"
+    return f"{seen}: how fast this drive wears comes from {_carrier(result)}, not from the drive."
 
 
 def _rests_on(result: DriveResult) -> list[str]:
     """Who carried the forecast, if not the drive's own tests, and which figures it misses."""
     carrier, said = _carrier(result), []
-    if len(result.tests) == 2:
+    if outlook.tested_at(result) == 2:
+        tests = "two tests" if len(result.tests) == 2 else "tests at two service hours"
         said.append(
-            f"With {counted(2, 'test')} the pace of wear still leans on {carrier}: expect the "
-            "interval to move with the next test."
+            f"With {tests} the pace of wear still leans on {carrier}: expect the interval to "
+            "move with the next test."
         )
     missed, passed_by = _missed(result), _passed_by(result)
     for keys, what in (

@@ -56,3 +56,25 @@ def test_without_a_limit_there_is_no_course() -> None:
     entry = fleet_entry(summary_json(drives.single_fit()))
     assert entry.course is None
     assert entry.remaining_hours == {}
+
+
+def test_each_different_warning_of_drive_trend_and_tests_is_counted_once() -> None:
+    summary = summary_json(drives.wearing(drives.LOST_MOTION, count=3))
+    before = fleet_entry(summary).warnings
+    summary["trend"]["warnings"] = ["Do not rely on the forecast of lost motion."]
+    for test in summary["tests"][:2]:
+        test["warnings"] = [*test["warnings"], "The same of two tests."]
+    assert fleet_entry(summary).warnings == before + 2
+
+
+def test_the_course_has_the_effects_that_the_limit_is_judged_with() -> None:
+    summary = summary_json(drives.wearing(drives.LOST_MOTION, count=3))
+    for test in summary["tests"]:
+        test["figures_with_effects"] = {"lost_motion_arcmin": {"q50": 2.6}}
+    seen = []
+    for followed in ([], ["backlash"]):
+        summary["trend"]["followed_effects"] = followed
+        course = fleet_entry(summary).course
+        assert course is not None
+        seen.append([value for _, value in course.points] == [2.6] * 3)
+    assert seen == [False, True]

@@ -107,3 +107,13 @@ def test_the_verdict_says_that_the_course_passes_tests_by() -> None:
     said = " ".join(verdict(passing_by()).sentences)
     assert "The trend passes by some tests of lost motion: read the warnings" in said
     assert "passes by" not in " ".join(verdict(wearing(count=6)).sentences)
+
+
+def test_a_test_before_what_was_done_at_the_same_hours_is_not_passed_by() -> None:
+    """The course at these hours is that after regreasing."""
+    trend = passing_by().trend
+    assert trend is not None
+    (course,) = trend.figures.values()
+    hours = course.test_hours.copy()
+    hours[2] = hours[3]
+    assert off_course(replace(course, test_hours=hours)) == []

@@ -283,3 +283,58 @@ def test_two_tests_within_the_hour_do_not_ask_for_the_next_one_at_once() -> None
     ]
     at = outlook.next_test_hours(replace(result, tests=tuple(pair)))
     assert at == pytest.approx((now + result.forecasts[0].horizon_hours) / 2.0)
+
+
+def test_tests_at_one_service_hour_say_nothing_of_the_pace() -> None:
+    result = drives.wearing(count=3)
+    together = replace(
+        result, tests=tuple(replace(test, service_hours=900.0) for test in result.tests)
+    )
+    _, sentences = words(together)
+    assert sentences[0] == (
+        "All tests are at the same service hours: how fast this drive wears comes from the prior, "
+        "not from the drive."
+    )
+    apart = (replace(together.tests[0], service_hours=0.0), *together.tests[1:])
+    _, sentences = words(replace(result, tests=apart))
+    assert any(one.startswith("With tests at two service hours the pace") for one in sentences)
+
+
+def test_what_may_be_passed_already_is_not_said_to_come() -> None:
+    result = drives.wearing()
+    first = result.forecasts[0]
+    table = first.crossing_probability.copy()
+    table[:, 1] = np.maximum(table[:, 1], 0.3)
+    changed = replace(
+        first,
+        crossing_probability=table,
+        remaining_hours={0.05: 0.0, 0.25: 0.0, 0.5: 900.0, 0.75: 1200.0, 0.95: 1400.0},
+        inspect_before_hours=first.now_hours,
+    )
+    said, sentences = words(replace(result, forecasts=(changed,)))
+    assert said.status == "act"
+    assert sentences[:2] == [
+        "Lost motion is forecast to pass 2 arcmin before 2 300 h (95 %); with a probability of "
+        "30 % that has happened already.",
+        "The risk that it is passed already is 30 %; the accepted risk is 5 %: inspect now.",
+    ]
+    later = replace(changed, remaining_hours=changed.remaining_hours | {0.95: None})
+    _, sentences = words(replace(result, forecasts=(later,)))
+    assert sentences[0].startswith("Lost motion is forecast to pass 2 arcmin later than 20 000 h")
+    assert sentences[0].endswith("; with a probability of 30 % that has happened already.")
+
+
+def test_a_shutdown_between_the_date_and_its_rounding_is_not_contradicted() -> None:
+    result = with_quantiles(
+        drives.wearing(shutdown=1514.0),
+        1560.0,
+        2280.0,
+        1528.0,
+        probability_crossed_by_shutdown=0.045,
+    )
+    _, sentences = words(result)
+    assert sentences[0].endswith("inspect before 1 500 h.")
+    assert sentences[1].endswith(
+        "within the accepted 5 %: it can wait till then, as the date to inspect before is rounded "
+        "down."
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -138,3 +139,36 @@ def test_a_scheduler_that_does_not_answer_is_said(
     monkeypatch.setattr(distributed, "Client", nobody)
     with pytest.raises(UsageError, match="no scheduler at tcp://nobody:8786"):
         run(folder, tmp_path / "out", dask="tcp://nobody:8786")
+
+
+def test_a_mistake_with_one_drive_leaves_the_others_their_list(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    right = workflow.run
+
+    def wrong(path: Path, **options: object) -> object:
+        if path.name == "worn":
+            raise ZeroDivisionError("planted")
+        return right(path, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(workflow, "run", wrong)
+    found = run(folder, tmp_path / "out")
+    assert [drive["folder"] for drive in found.content["drives"]] == ["cell2"]
+    reasons = {one["folder"]: one["reason"] for one in found.content["left_out"]}
+    assert reasons["cell1/worn"] == "a mistake in hdprog: ZeroDivisionError: planted"
+    assert found.broken
+    assert (tmp_path / "out" / "index.html").is_file()
+
+
+def test_every_word_of_a_prior_counts(tmp_path: Path) -> None:
+    """Also the scale of the softplus, which means and spreads do not show."""
+    folder = subset(tmp_path / "own", ["t01"])
+    text = (shipped("priors") / "csf-25-80.toml").read_text("utf-8")
+    keys = []
+    for scale in ("10.0", "40.0"):
+        changed = re.sub(r"scale_Nm = [0-9.]+", f"scale_Nm = {scale}", text)
+        (folder / "own.toml").write_text(changed, "utf-8")
+        if not keys:
+            edit(folder, 'file = "csf-25-80"', 'file = "own.toml"')
+        keys.append(fleet_run._key(folder, 0, True, False))
+    assert keys[0] != keys[1]
