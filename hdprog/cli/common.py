@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -56,17 +57,24 @@ def output_folder(out: Path | None, name: str, *, pdf: bool = False) -> Path:
     Raises
     ------
     UsageError
-        When a file lies where the folder should be, or a PDF cannot be made here.
+        When a file lies where the folder or one above it should be, nothing can be written there,
+        or a PDF cannot be made here.
     """
     if pdf:
         from hdprog.reporting.pdf import require_pdf
 
         require_pdf()
     folder = Path(f"hdprog-{name}") if out is None else out
-    if folder.exists() and not folder.is_dir():
+    there = next(one for one in (folder, *folder.resolve().parents) if one.exists())
+    if not there.is_dir():
         raise UsageError(
-            f"--out: found a file at {folder}, expected a folder or nothing there. Give another "
+            f"--out: found a file at {there}, expected a folder or nothing there. Give another "
             "folder with --out DIR."
+        )
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise UsageError(
+            f"--out: found the folder {there}, in which nothing can be written, expected one that "
+            "can. Give another folder with --out DIR."
         )
     return folder
 

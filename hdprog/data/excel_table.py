@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import datetime
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
+from xml.etree import ElementTree
 
 from hdprog.data.columns import find_columns, find_selection
 from hdprog.data.row_parser import Block, Layout, RowParser, is_comment, no_data
@@ -16,6 +18,17 @@ if TYPE_CHECKING:
     from openpyxl.workbook import Workbook
 
 __all__ = ["read_excel_table"]
+
+# What a workbook raises that was cut or damaged, when it is opened or where a sheet is read.
+_DAMAGED = (
+    zipfile.BadZipFile,
+    zlib.error,
+    ElementTree.ParseError,
+    EOFError,
+    KeyError,
+    ValueError,
+    OSError,
+)
 
 
 def read_excel_table(
@@ -45,29 +58,40 @@ def read_excel_table(
     """
     workbook = _open(path)
     try:
-        filled = [sheet for sheet in workbook.worksheets if any(_rows(sheet.values))]
-        if len(filled) > 1:
-            raise BadInputError(
-                "several sheets that hold something: "
-                + ", ".join(f"'{sheet.title}'" for sheet in filled),
-                path.name,
-                "one sheet with the record",
-                "Save the sheet with the record as a file of its own, or as CSV.",
-            )
-        if not filled:
-            raise no_data(path.name, None)
-        rows = _rows(filled[0].values)
-        header_row, headers = next(rows)
-        first = next(rows, None)
-        if first is None:
-            raise no_data(path.name, header_row)
-        where = f"{path.name}, header in row {header_row}"
-        found = find_columns(headers, first[1], columns, where)
-        selection = find_selection(headers, select, where)
-        parser = RowParser(Layout(path.name, header_row, len(headers), found, selection), ".")
-        return parser.layout, parser.parse(_padded([first], len(headers), rows))
+        return _read(workbook, path, columns, select)
+    except _DAMAGED as error:
+        raise _unreadable(path, error) from error
     finally:
         workbook.close()
+
+
+def _read(
+    workbook: Workbook,
+    path: Path,
+    columns: Mapping[str, str] | None,
+    select: Mapping[str, Sequence[str]] | None,
+) -> tuple[Layout, Block]:
+    filled = [sheet for sheet in workbook.worksheets if any(_rows(sheet.values))]
+    if len(filled) > 1:
+        raise BadInputError(
+            "several sheets that hold something: "
+            + ", ".join(f"'{sheet.title}'" for sheet in filled),
+            path.name,
+            "one sheet with the record",
+            "Save the sheet with the record as a file of its own, or as CSV.",
+        )
+    if not filled:
+        raise no_data(path.name, None)
+    rows = _rows(filled[0].values)
+    header_row, headers = next(rows)
+    first = next(rows, None)
+    if first is None:
+        raise no_data(path.name, header_row)
+    where = f"{path.name}, header in row {header_row}"
+    found = find_columns(headers, first[1], columns, where)
+    selection = find_selection(headers, select, where)
+    parser = RowParser(Layout(path.name, header_row, len(headers), found, selection), ".")
+    return parser.layout, parser.parse(_padded([first], len(headers), rows))
 
 
 def _open(path: Path) -> Workbook:
@@ -85,13 +109,17 @@ def _open(path: Path) -> Workbook:
     try:
         # The file's name need not end in .xlsx; its bytes do not lie.
         return openpyxl.load_workbook(path.open("rb"), read_only=True, data_only=True)
-    except (InvalidFileException, zipfile.BadZipFile, KeyError, ValueError, OSError) as error:
-        raise BadInputError(
-            f"a zip archive that is no readable Excel workbook ({error})",
-            path.name,
-            "a CSV file, gzip of it, or .xlsx",
-            "Unpack the archive first, or save the sheet as CSV.",
-        ) from error
+    except (InvalidFileException, *_DAMAGED) as error:
+        raise _unreadable(path, error) from error
+
+
+def _unreadable(path: Path, error: Exception) -> BadInputError:
+    return BadInputError(
+        f"a zip archive that is no readable Excel workbook ({error})",
+        path.name,
+        "a CSV file, gzip of it, or .xlsx",
+        "Unpack the archive first, or save the sheet as CSV.",
+    )
 
 
 def _rows(values: Iterator[tuple[object, ...]]) -> Iterator[tuple[int, list[str]]]:

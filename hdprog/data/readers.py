@@ -44,7 +44,8 @@ def read_loop(
     select : mapping, str or None
         Column → values of the rows to keep, or the same as the text of ``--select``.
     drive : Drive or None
-        Its columns and selection hold where none are given; the record is compared with it.
+        Its columns hold for roles that are not given, its selection where none is; the record is
+        compared with it.
 
     Returns
     -------
@@ -62,7 +63,7 @@ def read_loop(
     columns = parse_columns(columns) if isinstance(columns, str) else columns
     select = parse_select(select) if isinstance(select, str) else select
     if drive is not None:
-        columns = drive.columns if columns is None else columns
+        columns = {**drive.columns, **(columns or {})}
         select = drive.select if select is None else select
     require_file(path)
     digest = file_digest(path)

@@ -24,7 +24,7 @@ EVENTS = ("regreased", "reassembled", "replaced")
 
 RANGES = {
     "service_hours": (0.0, 1e7),
-    "temperature_C": (-273.15, 1000.0),
+    "temperature_C": (-100.0, 200.0),
     "mean_torque_Nm": (0.0, 1e6),
     "mean_speed_rpm": (0.0, 1e6),
 }
@@ -173,6 +173,9 @@ def _tests_before(
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
     """Return row number and cells of each row that is neither blank nor a comment."""
     lines = decode(b"".join(line_blocks(path))).split("\n")
+    # Excel's hint at its own sign between columns, which the header shows as well.
+    if re.fullmatch(r"sep=.", lines[0].strip(), re.IGNORECASE):
+        lines[0] = ""
     header = next((line for line in lines if line.strip() and not line.startswith("#")), ",")
     reader = csv.reader((line + "\n" for line in lines), delimiter=column_sign(header))
     rows: list[tuple[int, list[str]]] = []

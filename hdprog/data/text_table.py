@@ -237,6 +237,9 @@ def _parse(text: bytes, sign: str, parser: RowParser, rows: NDArray[np.int64]) -
         for column in layout.columns:
             cells = frame[column.index]
             if column.unit is ISO_8601:
+                # Empty cells become no time, and "now" the present: cell by cell each is named.
+                if not cells.str.match(r"\s*\d{4}").fillna(False).all():
+                    return None
                 stamps = pd.to_datetime(cells, format="ISO8601", utc=True)
                 values[column.role] = stamps.dt.as_unit("ns").astype("int64").to_numpy()
                 continue

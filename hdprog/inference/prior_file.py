@@ -154,13 +154,16 @@ def _require_stretches(drive: Drive, torques: tuple[float, float] | None) -> Non
             continue
         known = torques is not None
         third = limit.quantity == CATALOGUE_STIFFNESSES[-1]
-        if torques is None or (third and reference is not None and reference <= torques[1]):
+        if torques is None or (third and (reference is None or reference <= torques[1])):
+            torque = "no rated or reference torque"
+            if reference is not None:
+                torque = f"{reference:g} Nm of reference torque"
             raise BadInputError(
-                found=f"a limit on {limit.quantity}, and "
-                + (f"{reference:g} Nm of reference torque" if known else "no T1 and T2"),
+                found=f"a limit on {limit.quantity}, and {torque if known else 'no T1 and T2'}",
                 where=f"{drive.source or 'drive settings'}, [[limits]] number {number}",
                 expected="a model of the catalogue, whose T1 and T2 are known, and torque beyond "
                 "T2 for K3",
-                advice='Give model = "CSF-25-80", or whichever it is, under [drive], or set the '
+                advice='Give model = "CSF-25-80", or whichever it is, and rated_torque_Nm under '
+                "[drive], or set the "
                 "limit on secant_stiffness_Nm_per_rad with at_torque_Nm.",
             )

@@ -36,6 +36,7 @@ _COLUMNS = (
     "mean_torque_Nm",
     "mean_speed_rpm",
 )
+_CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 _ENDING = re.compile(r"\.(csv|tsv|txt|dat|xlsx)(\.gz)?$|\.gz$", re.IGNORECASE)
 
 
@@ -158,7 +159,7 @@ def _cell(value: object) -> str:
         return ""
     if isinstance(value, float):
         return f"{value:.0f}" if value == math.floor(value) else repr(value)
-    return " ".join(str(value).split())
+    return " ".join(_CONTROL.sub(" ", str(value)).split())
 
 
 def _ending(name: str) -> str:

@@ -18,6 +18,7 @@ from hdprog.errors import BadInputError
 from hdprog.store.audit import Actor, note
 from hdprog.store.tables import DriveRow, EventRow, TestRow
 
+_CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")  # but for tabs and line breaks
 _LABEL = re.compile(r"[\w+\-][\w+\-. ]{0,99}")
 
 
@@ -63,6 +64,13 @@ class TestFacts:
                 "a name of letters, digits, _ - + . or spaces, at most 100 of them",
                 "Rename the test, for example t01, or leave the field out.",
             )
+        if self.note is not None and _CONTROL.search(self.note):
+            raise BadInputError(
+                "a note with signs that cannot be shown",
+                "field note",
+                "text",
+                "Type the note anew; signs that were copied along do not show.",
+            )
 
 
 def add_test(
@@ -106,13 +114,17 @@ def add_test(
         if known.state == "accepted" or not accepted:
             if known.state == "removed":
                 known.state = "preview"
+                subject = f"{drive.name} / {known.label}"
+                note(session, actor, "record uploaded", subject, file=file_name, sha256=sha256)
             return known, False
+        refuse_hours_begun_again(session, drive, facts, known)
         _state(known, facts)
         known.state = "accepted"
         note(session, actor, "test accepted", f"{drive.name} / {known.label}", sha256=sha256)
         return known, False
     if facts.label is not None:
         _refuse_taken(session, drive, facts.label)
+    refuse_hours_begun_again(session, drive, facts, None)
     test = TestRow(
         uid=f"new-{sha256}",
         drive_id=drive.id,
@@ -137,20 +149,63 @@ def add_test(
     return test, True
 
 
+def refuse_hours_begun_again(
+    session: Session, drive: DriveRow, facts: TestFacts, own: TestRow | None
+) -> None:
+    """Refuse a new drive's first test at fewer hours than the old one's, as an analysis would.
+
+    Raises
+    ------
+    BadInputError
+        naming the other test
+    """
+    if facts.event != "replaced" or facts.service_hours is None:
+        return
+    for other in list_tests(session, drive, "accepted"):
+        if other is own or other.service_hours is None:
+            continue
+        earlier = own is None or other.id < own.id
+        if facts.tested_on is not None and other.tested_on is not None:
+            earlier = other.tested_on < facts.tested_on
+        if earlier and other.service_hours > facts.service_hours:
+            raise BadInputError(
+                f"service_hours = {facts.service_hours:g} of a new drive (event replaced), less "
+                f"than the {other.service_hours:g} of test {other.label} before it",
+                "field service_hours",
+                "hours that go on counting when the drive is replaced",
+                "Add the old drive's last hours to those of the new one, or make a drive of its "
+                "own for it; where the other test was made later, give the days of both.",
+            )
+
+
+def facts_of(test: TestRow) -> TestFacts:
+    """What is said of a test at present."""
+    return TestFacts(
+        service_hours=test.service_hours,
+        label=test.label,
+        tested_on=test.tested_on,
+        temperature_C=test.temperature_C,
+        note=test.note,
+        event=None if test.event is None else test.event.kind,
+        mean_torque_Nm=test.mean_torque_Nm,
+        mean_speed_rpm=test.mean_speed_rpm,
+    )
+
+
 def said_otherwise(test: TestRow, facts: TestFacts) -> tuple[str, ...]:
     """Name the fields in which a test is not what was said of it; what was not said is none."""
-    event = None if test.event is None else test.event.kind
+    known = facts_of(test)
     both = {
-        "service_hours": (test.service_hours, facts.service_hours),
-        "test_id": (test.label, facts.label),
-        "date": (test.tested_on, facts.tested_on),
-        "temperature_C": (test.temperature_C, facts.temperature_C),
-        "note": (test.note, facts.note),
-        "event": (event, facts.event),
-        "mean_torque_Nm": (test.mean_torque_Nm, facts.mean_torque_Nm),
-        "mean_speed_rpm": (test.mean_speed_rpm, facts.mean_speed_rpm),
+        "service_hours": (known.service_hours, facts.service_hours),
+        "test_id": (known.label, facts.label),
+        "date": (known.tested_on, facts.tested_on),
+        "temperature_C": (known.temperature_C, facts.temperature_C),
+        "note": (known.note, facts.note),
+        "event": (known.event, facts.event),
+        "mean_torque_Nm": (known.mean_torque_Nm, facts.mean_torque_Nm),
+        "mean_speed_rpm": (known.mean_speed_rpm, facts.mean_speed_rpm),
     }
-    return tuple(name for name, (known, said) in both.items() if said is not None and said != known)
+    return tuple(name for name, (held, said) in both.items() if said is not None and said != held)
 
 
 def accept(session: Session, actor: Actor, test: TestRow, facts: TestFacts) -> None:
@@ -162,6 +217,7 @@ def accept(session: Session, actor: Actor, test: TestRow, facts: TestFacts) -> N
         for facts that cannot be
     """
     facts.check()
+    refuse_hours_begun_again(session, test.drive, facts, test)
     _state(test, facts)
     test.state = "accepted"
     note(

@@ -130,3 +130,13 @@ def test_a_command_that_is_told_to_end_takes_its_workers_along(tmp_path: Path) -
         assert command.wait(30) == 143
     assert not any(worker.exists() for worker in workers)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_below_a_file_is_refused_before_the_work(
+    invoke: Invoke, workflow: Workflow, tmp_path: Path
+) -> None:
+    (tmp_path / "afile").write_text("x", "utf-8")
+    shown = invoke("run", "drive", "--out", "afile/sub/deeper")
+    assert shown.exit_code == 2
+    assert "found a file at" in shown.stderr
+    assert workflow.calls == []

@@ -51,9 +51,10 @@ def test_tests_come_by_service_hours_and_whole(folder: Path) -> None:
     assert loop.torque.max() == pytest.approx(40_000.0)
 
 
-def test_only_three_columns_are_needed(folder: Path) -> None:
+@pytest.mark.parametrize("hint", ["", "sep=;\r\n"])
+def test_only_three_columns_are_needed(folder: Path, hint: str) -> None:
     # As a German Excel writes it, on Windows.
-    text = "\ufefftest_id;file;service_hours;operator\r\nt1;loops\\a.csv;12,5;Jörg\r\n"
+    text = f"\ufeff{hint}test_id;file;service_hours;operator\r\nt1;loops\\a.csv;12,5;Jörg\r\n"
     write(folder / "tests.csv", text)
     [test] = read_drive_folder(folder).tests
     assert (test.service_hours, test.path) == (12.5, folder / "loops/a.csv")

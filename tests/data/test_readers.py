@@ -1,9 +1,11 @@
 from __future__ import annotations
 
+import datetime
 import gzip
 import hashlib
 import math
 import time
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -239,3 +241,48 @@ def test_excel_without_openpyxl_is_said(tmp_path: Path, monkeypatch: pytest.Monk
     (tmp_path / "loop.xlsx").write_bytes(b"PK\x03\x04rest")
     with pytest.raises(BadInputError, match=r"hdprog\[excel\]"):
         read_loop(tmp_path / "loop.xlsx")
+
+
+@pytest.mark.parametrize("cell", ["", "NaT", "nan", "now"])
+@pytest.mark.parametrize("at", [40, -1])
+def test_an_iso_time_that_is_none_is_named(tmp_path: Path, cell: str, at: int) -> None:
+    """Empty cells had become a time of two centuries, and "now" hangs on when it is read."""
+    torque, angle = two_sided()
+    start = datetime.datetime(2025, 3, 9, 12)
+    stamps = [(start + datetime.timedelta(seconds=n)).isoformat() for n in range(torque.size)]
+    stamps[at] = cell
+    lines = [f"{t},{m:.9g},{a:.9g}" for t, m, a in zip(stamps, torque, angle, strict=True)]
+    path = write(tmp_path / "loop.csv", "time,torque_Nm,angle_rad\n" + "\n".join(lines) + "\n")
+    row = 2 + at % torque.size
+    with pytest.raises(BadInputError, match=rf"row {row}\b"):
+        read_loop(path)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.7])
+def test_a_damaged_sheet_is_no_workbook(tmp_path: Path, share: float) -> None:
+    """Its archive opens; what is in it does not read."""
+    openpyxl = pytest.importorskip("openpyxl")
+    torque, angle = two_sided()
+    book = openpyxl.Workbook()
+    for row in [("torque_Nm", "angle_rad"), *zip(torque.tolist(), angle.tolist(), strict=True)]:
+        book.active.append(row)
+    whole, path = tmp_path / "whole.xlsx", tmp_path / "loop.xlsx"
+    book.save(whole)
+    with zipfile.ZipFile(whole) as source, zipfile.ZipFile(path, "w") as target:
+        for name in source.namelist():
+            content = source.read(name)
+            cut = int(share * len(content)) if "sheet1" in name else len(content)
+            target.writestr(name, content[:cut])
+    with pytest.raises(BadInputError, match="no readable Excel workbook"):
+        read_loop(path)
+
+
+def test_columns_that_are_given_stand_beside_those_declared(tmp_path: Path) -> None:
+    torque, angle = two_sided()
+    restarts = np.arange(torque.size) % 50
+    lines = [f"{m:.9g},{a:.9g},{t}" for m, a, t in zip(torque, angle, restarts, strict=True)]
+    path = write(tmp_path / "loop.csv", "M,POS,TIME\n" + "\n".join(lines) + "\n")
+    drive = Drive(columns={"torque": "M:Nm", "angle": "POS:rad", "time": "TIME:s"})
+    with pytest.raises(BadInputError, match="--columns time="):
+        read_loop(path, drive=drive)
+    assert read_loop(path, drive=drive, columns="time=").time is None

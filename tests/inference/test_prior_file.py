@@ -249,12 +249,13 @@ def test_a_file_that_is_not_text_is_refused(tmp_path: Path) -> None:
         ("K2_Nm_per_rad", None, 63.0, "no T1 and T2"),
         ("K1_Nm_per_rad", "XYZ-99", 63.0, "no T1 and T2"),
         ("K3_Nm_per_rad", "CSF-25-80", 40.0, "40 Nm of reference torque"),
+        ("K3_Nm_per_rad", "CSF-25-80", None, "no rated or reference torque"),
         ("K3_Nm_per_rad", "CSF-25-80", 63.0, None),
         ("K2_Nm_per_rad", "CSF-25-80", 40.0, None),
     ],
 )
 def test_limits_between_the_makers_torques_need_these(
-    quantity: str, model: str | None, reference: float, words: str | None
+    quantity: str, model: str | None, reference: float | None, words: str | None
 ) -> None:
     limit = Limit(quantity, 20_000.0, "below")
     drive = Drive(model=model, rated_torque=reference, limits=(limit,))

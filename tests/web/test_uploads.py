@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from starlette.testclient import TestClient
@@ -128,3 +129,76 @@ def test_only_a_test_that_counts_is_changed_on_its_page(
         assert test is not None
         assert test.state == "removed"
         assert not jobs.jobs_of(session, test.drive)
+
+
+def waiting_record(client: TestClient, name: str, record: bytes) -> tuple[str, str]:
+    """A drive with a record that waits; the form's token and the record's uid."""
+    form = csrf_of(client.get("/drives/new").text)
+    assert client.post("/drives/new", data={"csrf": form, "id": name}).status_code == 200
+    sent = {"files": ("a.csv", record)}
+    page = client.post(f"/drives/{name}/uploads", data={"csrf": form}, files=sent).text
+    return form, page.split('<h2 id="')[1].split('"')[0]
+
+
+def test_what_others_did_meanwhile_is_said_and_not_undone(
+    person: ClientOf, loop_file: Path
+) -> None:
+    client = person("engineer")
+    form, uid = waiting_record(client, "meanwhile", loop_file.read_bytes())
+    at = "/drives/meanwhile/uploads/accept"
+    first = client.post(at, data={"csrf": form, f"{uid}-service_hours": "900"})
+    assert first.status_code == 200
+    old = {"csrf": form, f"{uid}-service_hours": "700"}
+    for said in (old, {"csrf": form, "discard": uid}):
+        answer = client.post(at, data=said)
+        assert answer.status_code == 409
+        assert "somebody has accepted it meanwhile" in answer.text
+    page = client.get(f"/tests/{uid}").text
+    assert "900" in page
+    shown = page.split('name="seen" value="')[1].split('"')[0]
+    corrected = {"csrf": form, "seen": shown, "service_hours": "1500", "note": "by the first"}
+    assert client.post(f"/tests/{uid}", data=corrected).status_code == 200
+    late = {"csrf": form, "seen": shown, "service_hours": "900", "temperature_C": "25"}
+    answer = client.post(f"/tests/{uid}", data=late)
+    assert answer.status_code == 422
+    assert "opened before somebody else changed this" in answer.text
+    with service_in(client).store.reading() as session:
+        test = find_test(session, uid)
+        assert test is not None
+        assert (test.service_hours, test.note, test.temperature_C) == (1500.0, "by the first", None)
+
+
+def test_a_settings_page_that_is_out_of_date_changes_nothing(person: ClientOf) -> None:
+    client = person("engineer")
+    form = csrf_of(client.get("/drives/new").text)
+    assert client.post("/drives/new", data={"csrf": form, "id": "stale"}).status_code == 200
+    at = "/drives/stale/settings"
+    shown = client.get(at).text.split('name="seen" value="')[1].split('"')[0]
+    both = {"csrf": form, "seen": shown}
+    assert client.post(at, data={**both, "rated_torque_Nm": "63"}).status_code == 200
+    late = client.post(at, data={**both, "forecast_next_shutdown_hours": "500"})
+    assert late.status_code == 422
+    assert "opened before somebody else changed this" in late.text
+    text = client.post(f"{at}/toml", data={**both, "text": '[drive]\nid = "stale"\n'})
+    assert text.status_code == 422
+    assert 'value="63' in client.get(at).text
+
+
+def test_a_new_drives_hours_go_on(program: ClientOf, person: ClientOf, loop_file: Path) -> None:
+    client = program("engineer")
+    assert client.post("/api/v1/drives", json={"drive": {"id": "anew"}}).status_code == 201
+    record = loop_file.read_bytes()
+
+    def upload(number: int, **facts: str) -> Any:
+        return client.post(
+            "/api/v1/drives/anew/tests",
+            files={"file": ("a.csv", b"#%d\n" % number + record)},
+            data=facts,
+        )
+
+    assert upload(1, service_hours="1000").status_code == 202
+    refused = upload(2, service_hours="10", event="replaced")
+    assert refused.status_code == 422
+    assert "hours that go on counting" in refused.json()["detail"]
+    assert upload(2, service_hours="1010", event="replaced").status_code == 202
+    assert upload(3, service_hours="1500", note="a\x00b").status_code == 422

@@ -17,6 +17,7 @@ from hdprog.web.lookup import drive_named
 from hdprog.web.names import DriveName
 from hdprog.web.rendering import render
 from hdprog.web.security.identity import Engineer, Identity, form_of_ours
+from hdprog.web.seen import refuse_unseen, seen
 from hdprog.web.service import service_of
 
 router = APIRouter()
@@ -37,8 +38,13 @@ async def change(request: Request, who: Engineer, drive_id: DriveName) -> Respon
     fields["id"] = drive_id
     with service_of(request).store.reading() as session:
         before = content_of(drive_named(session, drive_id))
+    told = fields.pop("seen", "")
     try:
-        return _changed(request, who, drive_id, content_of_form(fields, before))
+        refuse_unseen(told, before)
+    except BadInputError as error:
+        return _page(request, who, drive_id, fields_of(before), tomli_w.dumps(before), [str(error)])
+    try:
+        return _changed(request, who, drive_id, content_of_form(fields, before), told)
     except BadInputError as error:
         kept = fields_of({}) | fields
         return _page(request, who, drive_id, kept, tomli_w.dumps(before), [str(error)])
@@ -50,10 +56,11 @@ def change_toml(
     who: Engineer,
     drive_id: DriveName,
     text: Annotated[str, Form(max_length=100_000)] = "",
+    told: Annotated[str, Form(alias="seen")] = "",
 ) -> Response:
     """Declare the drive anew, by the text of a drive.toml."""
     try:
-        return _changed(request, who, drive_id, tomllib.loads(text.replace("\r\n", "\n")))
+        return _changed(request, who, drive_id, tomllib.loads(text.replace("\r\n", "\n")), told)
     except tomllib.TOMLDecodeError as error:
         problem = (
             f"drive.toml: found text that is not valid TOML ({error}); expected a drive's file. "
@@ -66,10 +73,13 @@ def change_toml(
     return _page(request, who, drive_id, fields_of(before), text, [problem])
 
 
-def _changed(request: Request, who: Identity, name: str, content: dict[str, Any]) -> Response:
+def _changed(
+    request: Request, who: Identity, name: str, content: dict[str, Any], told: str
+) -> Response:
     service = service_of(request)
     with service.store.writing() as session:
         drive = drive_named(session, name)
+        refuse_unseen(told, content_of(drive))
         change_drive(session, who.actor, drive, content)
         if drive.tests:
             service.ask(session, who.actor, drive, None)
@@ -85,5 +95,12 @@ def _page(
     text: str,
     problems: list[str],
 ) -> Response:
-    context = context_of(fields) | {"name": name, "text": text, "problems": problems}
+    with service_of(request).store.reading() as session:
+        shown = seen(content_of(drive_named(session, name)))
+    context = context_of(fields) | {
+        "name": name,
+        "text": text,
+        "problems": problems,
+        "seen": shown,
+    }
     return render(request, "drive_settings.html", context, 422 if problems else 200, who=who)

@@ -37,12 +37,12 @@ def act(
 ) -> Response:
     """Call a job off, or start it again."""
     service = service_of(request)
-    said = "cancelled"
+    said = ""
     with service.store.writing() as session:
         job = job_numbered(session, job_id)
         if do == "cancel":
-            jobs.cancel(session, who.actor, job)
+            said = "cancelled" if jobs.cancel(session, who.actor, job) else ""
         elif do == "retry" and jobs.reopen(session, who.actor, job):
             service.queue.enqueue(session, job)
             said = "again"
-    return RedirectResponse(f"/jobs/{job_id}?said={said}", 303)
+    return RedirectResponse(f"/jobs/{job_id}" + (f"?said={said}" if said else ""), 303)

@@ -10,12 +10,13 @@ from hdprog.errors import BadInputError
 from hdprog.store import analyses, jobs
 from hdprog.store.drives import content_of
 from hdprog.store.readings import is_current
-from hdprog.store.uploads import accept, remove
+from hdprog.store.uploads import accept, facts_of, remove
 from hdprog.web.facts import read_facts
 from hdprog.web.lookup import test_named
 from hdprog.web.names import TestName
 from hdprog.web.rendering import render
 from hdprog.web.security.identity import Engineer, Identity, Viewer, form_of_ours
+from hdprog.web.seen import refuse_unseen, seen
 from hdprog.web.service import service_of
 
 router = APIRouter()
@@ -50,18 +51,19 @@ def _change(request: Request, who: Identity, test_id: str, texts: dict[str, str]
     service = service_of(request)
     try:
         facts = None if "remove" in texts else read_facts(texts)
+        with service.store.writing() as session:
+            test = test_named(session, test_id)
+            drive = test.drive
+            other = _NOT_ACCEPTED.get(test.state)
+            if other is None:
+                refuse_unseen(texts.get("seen", ""), facts_of(test))
+                if facts is None:
+                    remove(session, who.actor, test)
+                else:
+                    accept(session, who.actor, test, facts)
+                job = service.ask(session, who.actor, drive, None)
     except BadInputError as error:
         return _page(request, who, test_id, str(error))
-    with service.store.writing() as session:
-        test = test_named(session, test_id)
-        drive = test.drive
-        other = _NOT_ACCEPTED.get(test.state)
-        if other is None:
-            if facts is None:
-                remove(session, who.actor, test)
-            else:
-                accept(session, who.actor, test, facts)
-            job = service.ask(session, who.actor, drive, None)
     if other is not None:
         return _page(request, who, test_id, other, 409)
     return RedirectResponse(f"/jobs/{job.id}?said=saved", 303)
@@ -81,6 +83,7 @@ def _page(
             "fit": fit,
             "job": jobs.job_of_test(session, test),
             "problem": problem,
+            "seen": seen(facts_of(test)),
             "stale": not is_current(test.quality, content_of(drive)),
             "has_picture": service.store.files.find_picture(test.sha256, drive.id) is not None,
         }

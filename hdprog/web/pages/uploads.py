@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fastapi import APIRouter, Depends, Request
+from sqlalchemy.orm import Session
 from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import FormData, UploadFile
 from starlette.responses import RedirectResponse, Response
@@ -13,7 +14,15 @@ from hdprog.errors import BadInputError
 from hdprog.store.drives import content_of
 from hdprog.store.readings import is_current
 from hdprog.store.tables import DriveRow, TestRow
-from hdprog.store.uploads import TestFacts, accept, find_test, list_tests, readable_name, remove
+from hdprog.store.uploads import (
+    TestFacts,
+    accept,
+    find_test,
+    list_tests,
+    readable_name,
+    refuse_hours_begun_again,
+    remove,
+)
 from hdprog.web.facts import read_facts
 from hdprog.web.lookup import drive_named
 from hdprog.web.names import DriveName
@@ -22,6 +31,7 @@ from hdprog.web.security.identity import Engineer, Identity, form_of_ours
 from hdprog.web.service import UnreadableError, service_of
 
 router = APIRouter()
+_BECAME = {"accepted": "accepted", "removed": "removed or discarded"}
 _FIELDS = (
     "service_hours",
     "date",
@@ -103,15 +113,18 @@ def _accept(request: Request, who: Identity, drive_id: str, form: FormData) -> R
     with service.store.writing() as session:
         drive = drive_named(session, drive_id)
         waiting = list_tests(session, drive, "preview")
+        gone = _no_longer_waiting(session, drive, texts)
         said_of = [test for test in waiting if f"{test.uid}-service_hours" in texts]
         facts = {
             test.uid: _facts_of(test.uid, texts, test.quality.get("doubt"), problems)
             for test in said_of
         }
+        for test in said_of:
+            problems |= _hours_begun_again(session, drive, facts[test.uid], test)
         content = content_of(drive)
         stale = [test for test in said_of if not is_current(test.quality, content)]
         problems |= {test.uid: _words_of_stale(test) for test in stale}
-        if not problems:
+        if not problems and not gone:
             for test in waiting:
                 said = facts.get(test.uid)
                 if said is not None:
@@ -119,11 +132,36 @@ def _accept(request: Request, who: Identity, drive_id: str, form: FormData) -> R
                     last = service.ask(session, who.actor, drive, test)
     if stale:
         service.read_anew(drive_id)
-    if problems:
-        return _page(request, who, drive_id, [], [], problems, texts, 422)
+    if problems or gone:
+        status = 422 if problems else 409
+        return _page(request, who, drive_id, [], gone, problems, texts, status)
     if last is not None and len(facts) == 1:
         return RedirectResponse(f"/jobs/{last.id}?said=accepted", 303)
     return RedirectResponse(f"/drives/{drive_id}?said=accepted", 303)
+
+
+def _hours_begun_again(
+    session: Session, drive: DriveRow, facts: TestFacts | None, test: TestRow
+) -> dict[str, str]:
+    try:
+        if facts is not None:
+            refuse_hours_begun_again(session, drive, facts, test)
+    except BadInputError as error:
+        return {test.uid: str(error)}
+    return {}
+
+
+def _no_longer_waiting(session: Session, drive: DriveRow, texts: dict[str, str]) -> list[str]:
+    """Say of each record that a form speaks of what became of it, where it waits no more."""
+    ending = "-service_hours"
+    asked = [name.removesuffix(ending) for name in texts if name.endswith(ending)]
+    tests = [find_test(session, uid) for uid in (*asked, texts.get("discard", ""))]
+    return [
+        f"{test.file_name}: somebody has {_BECAME[test.state]} it meanwhile, as test {test.label}. "
+        "Nothing was changed now; what was said of it is changed on its own page."
+        for test in tests
+        if test is not None and test.drive_id == drive.id and test.state in _BECAME
+    ]
 
 
 def _words_of_stale(test: TestRow) -> str:
@@ -157,9 +195,12 @@ def _discard(
     with service.store.writing() as session:
         drive = drive_named(session, drive_id)
         test = find_test(session, uid)
+        gone = _no_longer_waiting(session, drive, {"discard": uid})
         if test is not None and test.drive_id == drive.id and test.state == "preview":
             remove(session, who.actor, test)
         left = len(list_tests(session, drive, "preview"))
+    if gone:
+        return _page(request, who, drive_id, [], gone, {}, texts, 409)
     if left:  # what was said of the others already stays in its fields
         return _page(request, who, drive_id, [], [], {}, texts)
     return RedirectResponse(f"/drives/{drive_id}?said=discarded", 303)
