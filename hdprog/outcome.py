@@ -34,8 +34,11 @@ def _results_in(out: Path) -> tuple[str, ...]:
 
 
 def write_beside_report(out: Path, name: str, document: Mapping[str, Any], report: str) -> None:
-    """Write a JSON document and report.html into a folder, whole or not at all."""
-    with atomic_directory(out) as folder:
+    """Write a JSON document and report.html into a folder, whole or not at all.
+
+    A report.pdf of before goes: it would be another report than the one beside it.
+    """
+    with atomic_directory(out, ("report.pdf",)) as folder:
         text = json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False)
         (folder / name).write_text(text + "\n", "utf-8")
         (folder / "report.html").write_text(report, "utf-8")

@@ -170,14 +170,24 @@ def _run_next(store: Store, settings: WorkerSettings, entry: str, stop: threadin
                 jobs.fail(session, job, attempt, words)
 
     log.info("job %s, attempt %d", job_id, attempt)
-    with JobProcess(settings, job_id, attempt) as process:
-        while process.wait(_LOOK_SECONDS) is None:
-            if not patiently(is_wanted, go_on):
-                return "cancelled"
+    try:
+        with JobProcess(settings, job_id, attempt) as process:
+            while process.wait(_LOOK_SECONDS) is None:
+                if not patiently(is_wanted, go_on):
+                    return "cancelled"
+    except OSError as error:
+        patiently(partial(fail, _NOT_STARTED.format(error)), go_on)
+        return "failed"
     if process.code != 0:
         patiently(partial(fail, _words(process.code)), go_on)
         return "failed"
     return "done"
+
+
+_NOT_STARTED = (
+    "No process could be started for this job ({}), most often for want of memory or of processes "
+    "of the machine. Start the job again."
+)
 
 
 def _words(code: int | None) -> str:

@@ -29,7 +29,8 @@ def back_up(store: Store, archive: Path) -> int:
     """Write the database and all files into a new archive (.tar.gz), whole or not at all.
 
     The database is copied first: every file that it names is in place by then, and files are
-    never changed.
+    never changed. Draws go where a newer analysis has its own; an archive made meanwhile may lack
+    those of the older one.
 
     Returns
     -------
@@ -54,7 +55,7 @@ def back_up(store: Store, archive: Path) -> int:
             with tarfile.open(aside, "w:gz", compresslevel=1) as tar:
                 tar.add(copy, copy.name)
                 for name in _KEPT:
-                    tar.add(store.files.root / name, name, filter=_without_parts)
+                    _add(tar, store.files.root / name, name)
             aside.replace(archive)
         finally:
             aside.unlink(missing_ok=True)
@@ -158,6 +159,14 @@ def _run(program: str, url: str, *options: str, target: str) -> None:
         raise UsageError(f"{program}: found that it failed: {done.stderr.strip()}")
 
 
-def _without_parts(entry: tarfile.TarInfo) -> tarfile.TarInfo | None:
-    """Leave out what is just being written."""
-    return None if entry.name.endswith(".part") else entry
+def _add(tar: tarfile.TarFile, path: Path, name: str) -> None:
+    """Add a file or a folder, without what is being written and what goes while it is read."""
+    if path.name.endswith(".part"):
+        return
+    try:
+        tar.add(path, name, recursive=False)
+        inside = sorted(path.iterdir()) if path.is_dir() else []
+    except FileNotFoundError:
+        return
+    for child in inside:
+        _add(tar, child, f"{name}/{child.name}")

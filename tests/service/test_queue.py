@@ -6,12 +6,14 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
+from hdprog.service import worker
 from hdprog.service.queue import Queue
 from hdprog.service.slots import places_of
 from hdprog.store import jobs
@@ -264,3 +266,20 @@ def test_a_job_outlives_a_break_of_all_connections(
     wait_for(lambda: job(store, later).state == "done")
     queue.close()
     store.close()
+
+
+def test_a_job_whose_process_cannot_be_started_fails_in_words(
+    sqlite_store: Store, sqlite_queue: Queue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It had stayed "running" for ever."""
+
+    def refused(*_: object) -> None:
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    number = ask(sqlite_store, sqlite_queue, "a", b"1", 5.0)
+    monkeypatch.setattr(worker, "JobProcess", refused)
+    settings = worker.WorkerSettings(sqlite_store.files.root, None, 1)
+    assert worker._run_next(sqlite_store, settings, number, threading.Event()) == "failed"
+    found = job(sqlite_store, number)
+    assert found.state == "failed"
+    assert "No process could be started" in (found.error or "")

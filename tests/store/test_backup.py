@@ -136,3 +136,32 @@ def test_what_could_not_be_put_back_leaves_nothing(tmp_path: Path, there: bool) 
     restore(whole, data, None)
     assert (data / "raw").read_bytes() == noise
     assert there or os.name != "posix" or data.stat().st_mode & 0o077 == 0
+
+
+def test_what_is_written_or_goes_meanwhile_is_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An analysis that ended under the copy had broken it."""
+    store = Store(tmp_path / "data")
+    store.prepare()
+    fill(store)
+    analyses = store.files.root / "analyses"
+    for name in ("one", "two", ".three.part"):
+        (analyses / name).mkdir()
+        (analyses / name / "posterior.nc").write_text(name, "utf-8")
+    add = tarfile.TarFile.add
+
+    def going(tar: tarfile.TarFile, path: Path, *rest: object, **options: object) -> None:
+        if Path(path) == analyses / "one":
+            (analyses / "two" / "posterior.nc").unlink(missing_ok=True)
+        if Path(path) == analyses / "two":
+            raise FileNotFoundError(path)
+        add(tar, path, *rest, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(tarfile.TarFile, "add", going)
+    back_up(store, tmp_path / "backup.tar.gz")
+    store.close()
+    with tarfile.open(tmp_path / "backup.tar.gz") as archive:
+        names = set(archive.getnames())
+    assert "analyses/one/posterior.nc" in names
+    assert not [name for name in names if "two" in name or "three" in name]

@@ -31,6 +31,7 @@ from hdprog.web.security.identity import Engineer, Identity, form_of_ours
 from hdprog.web.service import UnreadableError, service_of
 
 router = APIRouter()
+_MOST_SHOWN = 100  # records on a page: a form has a thousand fields at most
 _BECAME = {"accepted": "accepted", "removed": "removed or discarded"}
 _FIELDS = (
     "service_hours",
@@ -218,10 +219,12 @@ def _page(
 ) -> Response:
     with service_of(request).store.reading() as session:
         drive: DriveRow = drive_named(session, drive_id)
-        content, previews = content_of(drive), list_tests(session, drive, "preview")
+        content, waiting = content_of(drive), list_tests(session, drive, "preview")
+        previews = waiting[:_MOST_SHOWN]
         context = {
             "drive": drive,
             "previews": previews,
+            "more": len(waiting) - len(previews),
             "stale": {test.uid for test in previews if not is_current(test.quality, content)},
             "refused": refused,
             "known": known,
