@@ -12,6 +12,7 @@ from hdprog.store import jobs
 from hdprog.store.audit import COMMAND_LINE
 from hdprog.store.drives import find_drive
 from hdprog.store.uploads import find_test, remove
+from hdprog.web.pages import uploads
 from tests.web.conftest import ClientOf, service_in
 from tests.web.server import csrf_of
 
@@ -202,3 +203,17 @@ def test_a_new_drives_hours_go_on(program: ClientOf, person: ClientOf, loop_file
     assert "hours that go on counting" in refused.json()["detail"]
     assert upload(2, service_hours="1010", event="replaced").status_code == 202
     assert upload(3, service_hours="1500", note="a\x00b").status_code == 422
+
+
+def test_a_page_shows_no_more_records_than_its_form_can_send(
+    person: ClientOf, loop_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(uploads, "_MOST_SHOWN", 2)
+    client = person("engineer")
+    form = csrf_of(client.get("/drives/new").text)
+    assert client.post("/drives/new", data={"csrf": form, "id": "many"}).status_code == 200
+    record = loop_file.read_bytes()
+    files = [("files", (f"{n}.csv", b"#%d\n" % n + record)) for n in range(3)]
+    page = client.post("/drives/many/uploads", data={"csrf": form}, files=files).text
+    assert page.count('-service_hours" name=') == 2
+    assert "1 more record waits" in page
