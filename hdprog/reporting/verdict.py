@@ -25,6 +25,7 @@ from hdprog.reporting.trend_words import off_course
 from hdprog.reporting.words import (
     agree,
     capital,
+    counted,
     figure_interval,
     listed,
     quantity,
@@ -275,7 +276,9 @@ def _rests_on(result: DriveResult) -> list[str]:
     """Who carried the forecast, if not the drive's own tests, and which figures it misses."""
     carrier, said = _carrier(result), []
     if outlook.tested_at(result) == 2:
-        tests = "two tests" if len(result.tests) == 2 else "tests at two service hours"
+        tests = counted(2, "test")
+        if len(result.tests) > 2:
+            tests = f"tests at {counted(2, 'service hour')}"
         said.append(
             f"With {tests} the pace of wear still leans on {carrier}: expect the interval to "
             "move with the next test."

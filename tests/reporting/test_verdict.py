@@ -297,7 +297,7 @@ def test_tests_at_one_service_hour_say_nothing_of_the_pace() -> None:
     )
     apart = (replace(together.tests[0], service_hours=0.0), *together.tests[1:])
     _, sentences = words(replace(result, tests=apart))
-    assert any(one.startswith("With tests at two service hours the pace") for one in sentences)
+    assert any(one.startswith("With tests at 2 service hours the pace") for one in sentences)
 
 
 def test_what_may_be_passed_already_is_not_said_to_come() -> None:
