@@ -69,7 +69,7 @@ class TestFacts:
                 "a note with signs that cannot be shown",
                 "field note",
                 "text",
-                "Nothing was changed. Type the note anew; signs that were copied along do not show.",
+                "Nothing was changed. Type the note anew; what was copied along does not show.",
             )
 
 
