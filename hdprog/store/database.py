@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import sqlite3
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -140,7 +141,7 @@ def _engine(url: str) -> Engine:
     @event.listens_for(engine, "connect")
     def prepare(connection: Any, _record: Any) -> None:
         connection.isolation_level = None  # transactions begin where `begin` says so
-        connection.execute("PRAGMA journal_mode=WAL")  # readers and one writer side by side
+        _write_ahead(connection)
         connection.execute("PRAGMA synchronous=FULL")  # an accepted upload outlives a power cut
         connection.execute("PRAGMA foreign_keys=ON")
 
@@ -151,6 +152,23 @@ def _engine(url: str) -> Engine:
         connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
 
     return engine
+
+
+def _write_ahead(connection: sqlite3.Connection) -> None:
+    """Let readers and one writer work side by side.
+
+    SQLite does not wait by itself where another program that starts meanwhile does the same.
+    """
+    ends = time.monotonic() + _WAIT_SECONDS
+    while True:
+        try:
+            connection.execute("PRAGMA journal_mode=WAL")
+        except sqlite3.OperationalError:
+            if time.monotonic() > ends:
+                raise
+            time.sleep(0.02)
+        else:
+            return
 
 
 def _alembic(connection: Connection | None) -> Config:
