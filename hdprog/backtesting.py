@@ -27,7 +27,7 @@ from hdprog.inference.priors import Prior
 from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
 from hdprog.parallel import hold_blas_to_one_thread, process_executor, spread_over
 from hdprog.results import Provenance
-from hdprog.tests_of_drive import fit_tests
+from hdprog.tests_of_drive import fit_tests, with_rated_torque
 from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.wear_clock import hours_by_load
 from hdprog.trend.wear_prior import read_wear_prior
@@ -144,7 +144,7 @@ class _ReadDrive:
     folder: DriveFolder
     loops: list[Loop]
     prior: Prior
-    remark: str | None
+    remarks: tuple[str, ...]
     truth: Truth | None
 
 
@@ -182,9 +182,11 @@ def _read(path: Path, name: str) -> _ReadDrive:
         )
     require_horizon_ahead(folder.tests[-1].service_hours, folder.drive.forecast.horizon_hours)
     loops = [read_test_loop(folder, test) for test in folder.tests]
-    prior, remark = prior_of_drive(folder.drive, scales_of(loops[0]))
+    prior, on_prior = prior_of_drive(folder.drive, scales_of(loops[0]))
     truth = read_truth(path / "truth.json", folder.drive)
-    return _ReadDrive(name, folder, loops, prior, remark, truth)
+    folder, on_torque = with_rated_torque(folder, loops)
+    remarks = tuple(remark for remark in (on_prior, on_torque) if remark is not None)
+    return _ReadDrive(name, folder, loops, prior, remarks, truth)
 
 
 def _named(progress: Progress | None, heading: str) -> Progress | None:
@@ -231,9 +233,8 @@ def _backtest(
                 progress("forecasts", len(origins), len(known))
     unfitted = tuple(one.result.test_id for one in fitted if not one.result.converged)
     name = folder.path.resolve().name if read.name == "." else read.name
-    said = () if read.remark is None else (read.remark,)
     horizon = drive.forecast.horizon_hours
-    return DriveScores(drive.id, name, count, horizon, unfitted, tuple(origins), said)
+    return DriveScores(drive.id, name, count, horizon, unfitted, tuple(origins), read.remarks)
 
 
 def _evidence(folder: DriveFolder, posteriors: Sequence[Posterior]) -> list[FittedLoop]:

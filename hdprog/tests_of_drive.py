@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 
 from hdprog.config import Drive
 from hdprog.data.drive_folder import DriveFolder, DriveTest
+from hdprog.data.gross_errors import levelled
 from hdprog.data.loop import Loop
 from hdprog.discovery.explain import Closed, explain, sample_base, sample_final
 from hdprog.discovery.search import Traced, trace
@@ -45,6 +46,44 @@ class FittedTest:
         }
         requests = figure_requests(posterior.drive, posterior.operation)
         return FittedTest(posterior, summarise(posterior, requests, test.test_id, meta))
+
+
+def with_rated_torque(folder: DriveFolder, loops: Sequence[Loop]) -> tuple[DriveFolder, str | None]:
+    """Give a drive that declares no rated torque one that all its tests and forecasts refer to.
+
+    It is the smallest of the tests' largest torques: at a larger one the figures of some test would
+    be extrapolated.
+
+    Parameters
+    ----------
+    folder : the drive
+    loops : one a test
+
+    Returns
+    -------
+    the folder to fit, and a remark for the report, None where the rated torque is declared
+    """
+    drive = folder.drive
+    if drive.rated_torque is not None:
+        return folder, None
+    largest = [float(np.abs(levelled(loop)[0].torque).max()) for loop in loops]
+    rated = float(f"{min(largest):.3g}")
+    which = "the test's largest torque"
+    if len(loops) > 1:
+        test = folder.tests[int(np.argmin(largest))].test_id
+        which = (
+            f"the smallest of the tests' largest torques (that of test {test}; the others reach up "
+            f"to {max(largest):.3g} Nm)"
+        )
+    what = "figures of merit"
+    if drive.reference_torque is not None:
+        what = "lost motion and the stiffness at rated torque"
+    remark = (
+        f"The drive's rated torque is not given: {what} of every test and in forecasts refer to "
+        f"{rated:g} Nm, {which}. Set rated_torque_Nm in drive.toml: without it a later test to "
+        "less torque changes them all."
+    )
+    return replace(folder, drive=replace(drive, rated_torque=rated)), remark
 
 
 def fit_tests(

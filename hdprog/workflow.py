@@ -38,7 +38,7 @@ from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.base import Effect
 from hdprog.physics.figures import figures
 from hdprog.results import DriveResult, Forecast, Provenance, TestResult
-from hdprog.tests_of_drive import fit_and_close, fit_tests, trace_tests
+from hdprog.tests_of_drive import fit_and_close, fit_tests, trace_tests, with_rated_torque
 
 Progress = Callable[[str, int, int], None]
 Method = Literal["posterior", "paper"]
@@ -254,7 +254,9 @@ def run(
     seconds: dict[str, float] = {}
     started = time.perf_counter()
     hold_blas_to_one_thread()
-    prior, remark = prior_of_drive(folder.drive, scales_of(loops[0]))
+    declared = folder.drive
+    prior, on_prior = prior_of_drive(declared, scales_of(loops[0]))
+    folder, on_torque = with_rated_torque(folder, loops)
     seeds = np.random.SeedSequence(seed).spawn(len(loops) + 2)
     plan = QUICK if quick else FULL
     of_tests, explanation = seeds[:-2], None
@@ -299,11 +301,11 @@ def run(
     if progress is not None:
         progress("trend", parts, parts)
     result = DriveResult(
-        drive=folder.drive,
+        drive=declared,
         tests=tuple(one.result for one in fitted),
         trend=found.trend,
         forecasts=found.forecasts,
-        warnings=(remark,) if remark else (),
+        warnings=tuple(remark for remark in (on_prior, on_torque) if remark is not None),
         provenance=Provenance.of(files_of(folder, loops), seed, quick),
         seconds=seconds,
         explanation=explanation,

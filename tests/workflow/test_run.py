@@ -284,6 +284,39 @@ def test_a_folder_that_cannot_be_used_is_refused_before_any_fit(
         hdprog.run(folder, quick=True)
 
 
+def test_without_a_rated_torque_all_tests_and_forecasts_refer_to_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(workflow, "QUICK", SHORT)
+    folder = subset(tmp_path / "drive", ["t05", "t10"])
+    edit(folder, "rated_torque_Nm = 63.0\n", "")
+    limits = (folder / "drive.toml").read_text("utf-8").partition("[[limits]]")[0]
+    width = '[[limits]]\nquantity = "hysteresis_width_arcmin"\nbelow = 0.3\n'
+    (folder / "drive.toml").write_text(limits + width, "utf-8")
+    later = folder / "loops" / "t10.csv"
+    header, *rows = later.read_text("utf-8").splitlines()
+    cells = [row.split(",") for row in rows]  # time, torque and angle
+    smaller = [f"{time},{0.75 * float(torque):.2f},{angle}" for time, torque, angle in cells]
+    later.write_text("\n".join([header, *smaller]) + "\n", "utf-8")
+    outcome = hdprog.run(folder, quick=True, explain=False, workers=1)
+    largest = [float(np.abs(fit.loop.torque).max()) for fit in outcome.posteriors]
+    assert largest[1] < 0.8 * largest[0]
+    torque = float(f"{largest[1]:.3g}")
+    assert [fit.operation.reference_torque for fit in outcome.posteriors] == [torque, torque]
+    summary = outcome.summary()
+    assert summary["drive"]["rated_torque_Nm"] is None
+    (said,) = [text for text in summary["warnings"] if "rated torque" in text]
+    assert f"refer to {torque:g} Nm, the smallest of the tests' largest torques" in said
+    assert f"test t10; the others reach up to {largest[0]:.3g} Nm" in said
+    first_test, last_test = summary["tests"]
+    assert first_test["figures"].keys() == last_test["figures"].keys()
+    key = "hysteresis_width_arcmin"
+    # The width that each test tells the trend, and with it the forecast, is that of its figures.
+    assert outcome.trend is not None
+    own = [test.figures[key][0.5] for test in outcome.tests]
+    np.testing.assert_allclose(outcome.trend.figures[key].test_quantiles[2], own, rtol=0.05)
+
+
 def test_a_horizon_behind_the_last_test_is_refused_before_any_fit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -145,11 +145,12 @@ def _sampling(result: DriveResult) -> str:
 
 def _figures(result: DriveResult) -> str:
     drive = result.drive
-    rated = (
-        "the largest torque of the record, as no rated torque is declared"
-        if drive.rated_torque is None
-        else f"the rated torque of {torque_words(drive.rated_torque)}"
-    )
+    if drive.rated_torque is not None:
+        rated = f"the rated torque of {torque_words(drive.rated_torque)}"
+    elif len(result.tests) == 1:
+        rated = "the largest torque of the record, as no rated torque is declared"
+    else:
+        rated = "the smallest of the tests' largest torques, as no rated torque is declared"
     reference = (
         rated
         if drive.reference_torque is None
