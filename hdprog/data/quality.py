@@ -71,9 +71,7 @@ class Quality:
     warnings: tuple[str, ...]
 
 
-def assess(
-    loop: Loop, drive: Drive | None = None, *, catalogue_stiffness: float | None = None
-) -> Quality:
+def assess(loop: Loop, drive: Drive | None = None) -> Quality:
     """Refuse a record that holds no loop; describe one that does.
 
     Parameters
@@ -82,8 +80,6 @@ def assess(
         The record.
     drive : Drive or None
         What is declared about the drive; torque and stiffness are compared with it.
-    catalogue_stiffness : float or None
-        Stiffness [Nm/rad] that the maker states, where it is known.
 
     Returns
     -------
@@ -110,7 +106,7 @@ def assess(
             for moved, (start, end) in zip(travel, branches, strict=True)
         )
     temperature = loop.temperature
-    found = doubts(loop, turns, stiffness, drive, catalogue_stiffness)
+    found = doubts(loop, turns, stiffness, drive)
     return Quality(
         samples=len(loop),
         cycles=float(travel.sum()) / (2.0 * (high - low)),

@@ -66,9 +66,34 @@ def test_a_thousandfold_mistake_is_seen(
     drive = Drive(rated_torque=rated)
     assert "Check the units" in warned(loop, drive)
     assert "Check the units" not in warned(Loop(torque, angle), drive)
-    assert any(
-        "catalogue" in warning for warning in assess(loop, catalogue_stiffness=3.1e4).warnings
-    )
+
+
+@pytest.mark.parametrize(
+    ("peak", "stiffness"), [(4.0, 1.9e3), (30.0, 9e3), (300.0, 2e5), (9e3, 2e6)]
+)
+@pytest.mark.parametrize("share", [0.1, 1.0])
+def test_an_angle_1000_times_off_is_seen_on_every_size_of_drive(
+    peak: float, stiffness: float, share: float
+) -> None:
+    torque = ramps(0, share * peak, -share * peak, 0)
+    angle = torque / stiffness + 0.01 * share * peak / stiffness * np.sign(np.gradient(torque))
+    assert warned(Loop(torque, angle)) == ""
+    assert "Check the units" in warned(Loop(torque, angle / 1000))
+    if share == 1.0:
+        assert "Check the units" in warned(Loop(torque, 1000 * angle))
+
+
+@pytest.mark.parametrize(("torque_by", "seen"), [(1e-3, "stiffness"), (1e3, "largest torque is")])
+def test_a_torque_1000_times_off_is_seen_on_a_soft_drive(torque_by: float, seen: str) -> None:
+    torque = ramps(0, PEAK, -PEAK, 0)
+    message = warned(Loop(torque_by * torque, torque / 9e3 + 2e-5 * np.sign(np.gradient(torque))))
+    assert seen in message
+    assert "from mNm or Nmm to Nm" in message
+
+
+def test_plastic_gears_twist_by_degrees() -> None:
+    torque = ramps(0, PEAK, -PEAK, 0)
+    assert warned(Loop(torque, torque / 300 + 0.02 * np.sign(np.gradient(torque)))) == ""
 
 
 @pytest.mark.parametrize("share", [0.04, 1.0, 3.0])
