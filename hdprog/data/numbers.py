@@ -7,7 +7,7 @@ import re
 __all__ = ["is_number", "may_hold_thousands"]
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
-_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+", re.ASCII)
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:(?:,\d{3})+|(?:\.\d{3})+)", re.ASCII)
 
 
 def is_number(text: str) -> bool:
@@ -16,5 +16,5 @@ def is_number(text: str) -> bool:
 
 
 def may_hold_thousands(text: str) -> bool:
-    """Tell whether the commas of a number may part its thousands: 12,500 is 12500, or 12.5."""
+    """Tell whether a number's commas or points may part thousands: 12,500 is 12500, or 12.5."""
     return _THOUSANDS.fullmatch(text) is not None

@@ -19,9 +19,9 @@ from hdprog.units import ISO_8601, find_unit
 __all__ = [
     "SHEET_ERRORS",
     "Block",
-    "Commas",
     "Layout",
     "RowParser",
+    "Separators",
     "is_comment",
     "matches",
     "no_data",
@@ -109,31 +109,47 @@ def no_data(file: str, header_row: int | None) -> BadInputError:
 
 
 @dataclass
-class Commas:
-    """What the commas of one column have shown so far.
+class Separators:
+    """What the commas, or the points, in the numbers of one column have shown so far.
 
     Parameters
     ----------
     decimal : bool
         Whether there is one that cannot part thousands.
-    any_without : bool
-        Whether a number stands without: with fixed decimals none would.
+    largest_plain : float
+        Largest size of a number without any, negative where there is none: with fixed decimals
+        none would be.
     doubtful : (int, str) or None
-        Row and text of the first number whose comma may part thousands.
+        Row and text of the first number whose comma or point may part thousands.
     """
 
     decimal: bool = False
-    any_without: bool = False
+    largest_plain: float = -1.0
     doubtful: tuple[int, str] | None = None
 
     def note(self, cell: str, row: int) -> None:
         """Take note of a cell that is a number."""
-        if "," not in cell:
-            self.any_without = True
+        if "," not in cell and "." not in cell:
+            self.note_plain(abs(float(cell)))
         elif may_hold_thousands(cell):
             self.doubtful = self.doubtful or (row, cell)
         else:
             self.decimal = True
+
+    def note_plain(self, size: float) -> None:
+        """Take note of the size of numbers without comma and point."""
+        self.largest_plain = max(self.largest_plain, size)
+
+    def in_doubt(self) -> tuple[int, str] | None:
+        """Row and text of a number that may be a thousand times larger; None where none is.
+
+        A point is taken for the decimal sign unless only thousands have one: numbers without reach
+        100, and none 1000.
+        """
+        if self.doubtful is None or self.decimal:
+            return None
+        least, below = (0.0, math.inf) if "," in self.doubtful[1] else (100.0, 1000.0)
+        return self.doubtful if least <= self.largest_plain < below else None
 
 
 @dataclass
@@ -141,18 +157,20 @@ class RowParser:
     """Parses rows in the order of the file and remembers what spans more than one of them.
 
     `decimal` is the decimal sign once it is known, `empty_row` the first row without any value:
-    such rows may only stand at the end. `commas` says of each column whether its commas can be
-    decimal signs, which takes the whole file.
+    such rows may only stand at the end. `separators` says of each column whether its commas
+    or points can be decimal signs, which takes the whole file.
     """
 
     layout: Layout
     decimal: str | None = None
     empty_row: int | None = field(default=None, init=False)
-    commas: dict[int, Commas] = field(init=False)
+    separators: dict[int, Separators] = field(init=False)
 
     def __post_init__(self) -> None:
-        self.commas = {
-            column.index: Commas() for column in self.layout.columns if column.unit is not ISO_8601
+        self.separators = {
+            column.index: Separators()
+            for column in self.layout.columns
+            if column.unit is not ISO_8601
         }
 
     def parse(self, rows: Iterable[tuple[int, Sequence[str]]]) -> Block:
@@ -201,20 +219,21 @@ class RowParser:
             )
 
     def refuse_thousands(self) -> None:
-        """Refuse, once all rows are read, commas that part thousands for all one can see."""
+        """Refuse, once all rows are read, what parts thousands for all one can see."""
         for column in self.layout.columns:
-            commas = self.commas.get(column.index, Commas())
-            if commas.doubtful is None or commas.decimal or not commas.any_without:
+            doubtful = self.separators.get(column.index, Separators()).in_doubt()
+            if doubtful is None:
                 continue
-            row, cell = commas.doubtful
+            row, cell = doubtful
+            name, otherwise = ("comma", ", or use a point") if "," in cell else ("point", "")
             raise self._error(
-                f"'{cell}', and numbers without a comma in the same column",
+                f"'{cell}', and numbers without a {name} in the same column",
                 row,
                 column,
-                f"numbers without thousands separators: '{cell}' may be "
-                f"{cell.replace(',', '')} or {cell.replace(',', '.')}",
-                "Export the file without them. Where the comma is the decimal sign, write all "
-                "numbers of the column with as many decimals, or use a point.",
+                "numbers without thousands separators: "
+                f"'{cell}' may be {re.sub('[,.]', '', cell)} or {cell.replace(',', '.')}",
+                f"Export the file without them. Where the {name} is the decimal sign, write all "
+                f"numbers of the column with as many decimals{otherwise}.",
             )
 
     def _number(self, cell: str, row: int, column: Column) -> float:
@@ -231,8 +250,7 @@ class RowParser:
         value = float(text)
         if not math.isfinite(value):
             raise self._bad_cell(cell, row, column)
-        if self.decimal != ".":
-            self.commas[column.index].note(cell, row)
+        self.separators[column.index].note(cell, row)
         return value
 
     def _nanoseconds(self, cell: str, row: int, column: Column) -> int:

@@ -309,7 +309,7 @@ def _number(path: Path, row: int, texts: Mapping[str, str], name: str) -> float 
     text = texts.get(name, "")
     if not text:
         return None
-    if may_hold_thousands(text):
+    if "," in text and may_hold_thousands(text):
         without = text.replace(",", "")
         raise _error(
             path,

@@ -10,7 +10,7 @@ import csv
 import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,9 @@ from hdprog.data.row_parser import (
 )
 from hdprog.data.text_stream import decode, line_blocks
 from hdprog.units import ISO_8601
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["read_text_table", "split_line"]
 
@@ -250,58 +253,56 @@ def _parse(text: bytes, sign: str, parser: RowParser, rows: NDArray[np.int64]) -
             values[column.role] = numbers
     except (ValueError, OverflowError):  # pandas' parser errors are ValueErrors
         return None
-    if parser.decimal != ".":
-        _note_commas(text, sign, parser, rows, frame.index.to_numpy())
+    _note_separators(text, sign, parser, rows, frame)
     return Block(values, rows[frame.index.to_numpy()])
 
 
-def _note_commas(
-    text: bytes,
-    sign: str,
-    parser: RowParser,
-    rows: NDArray[np.int64],
-    kept: NDArray[np.int64],
+def _note_separators(
+    text: bytes, sign: str, parser: RowParser, rows: NDArray[np.int64], frame: pd.DataFrame
 ) -> None:
-    """Look at the commas of plain rows as `RowParser` does, in those columns still in doubt."""
-    open_columns = [index for index, commas in parser.commas.items() if not commas.decimal]
+    """Look at commas or points of plain rows as `RowParser` does, in columns still in doubt."""
+    open_columns = [index for index, found in parser.separators.items() if not found.decimal]
+    kept = frame.index.to_numpy()
     if not open_columns or kept.size == 0:
         return
-    if sign == "," or b"," not in text:
+    sizes = {index: np.abs(frame[index].to_numpy()) for index in open_columns}
+    mark = parser.decimal
+    if mark is None or mark == sign or mark.encode() not in text:
         for index in open_columns:
-            parser.commas[index].any_without = True
+            parser.separators[index].note_plain(float(sizes[index].max()))
         return
     characters = np.frombuffer(text, dtype=np.uint8)
     breaks = np.flatnonzero((characters == ord(sign)) | (characters == ord("\n")))
     ends = breaks.reshape(-1, parser.layout.width)
     starts = np.concatenate(([0], breaks[:-1] + 1)).reshape(ends.shape)
-    places = np.flatnonzero(characters == ord(","))
+    places = np.flatnonzero(characters == ord(mark))
     for index in open_columns:
-        commas = parser.commas[index]
+        found = parser.separators[index]
         start, end = starts[kept, index], ends[kept, index]
         before = np.searchsorted(places, start)
-        with_comma = np.flatnonzero(np.searchsorted(places, end) > before)
-        commas.any_without = commas.any_without or with_comma.size < kept.size
-        start, end = start[with_comma], end[with_comma]
-        comma = places[before[with_comma]]
+        marked = np.searchsorted(places, end) > before
+        found.note_plain(float(sizes[index][~marked].max(initial=-1.0)))
+        numbers = np.flatnonzero(marked)
+        start, end, place = start[numbers], end[numbers], places[before[numbers]]
         # All but a few cells are settled at a glance; the first stands for those like thousands.
-        other = np.flatnonzero(~_like_thousands(characters, start, comma, end))
-        for number in (*range(min(1, with_comma.size)), *other.tolist()):
+        other = np.flatnonzero(~_like_thousands(characters, start, place, end))
+        for number in (*range(min(1, numbers.size)), *other.tolist()):
             cell = text[start[number] : end[number]].decode().strip()
-            commas.note(cell, int(rows[kept[with_comma[number]]]))
-            if commas.decimal:
+            found.note(cell, int(rows[kept[numbers[number]]]))
+            if found.decimal:
                 break
 
 
 def _like_thousands(
     characters: NDArray[np.uint8],
     start: NDArray[np.int64],
-    comma: NDArray[np.int64],
+    mark: NDArray[np.int64],
     end: NDArray[np.int64],
 ) -> NDArray[np.bool_]:
-    """Tell which cells, numbers with one comma, are 1 to 999 with three digits behind it."""
+    """Tell which cells, numbers with one comma or point, are 1 to 999, three digits behind it."""
     first = start + np.isin(characters[start], (ord("+"), ord("-")))
-    before = comma - first
-    like: NDArray[np.bool_] = (before >= 1) & (before <= 3) & (end - comma == 4)
+    before = mark - first
+    like: NDArray[np.bool_] = (before >= 1) & (before <= 3) & (end - mark == 4)
     like &= (characters[first] >= ord("1")) & (characters[first] <= ord("9"))
     for place in (end - 2, end - 1):  # an exponent, or a space behind, is no such digit
         like &= (characters[place] >= ord("0")) & (characters[place] <= ord("9"))

@@ -123,6 +123,42 @@ def test_decimal_commas_are_read_with_fixed_decimals_and_without_trailing_zeros(
         assert loop.torque == pytest.approx([float(cell) for cell in torque])
 
 
+@pytest.mark.parametrize("sign", [",", "\t", ";"])
+@pytest.mark.parametrize("block", [257, 8 << 20])
+@pytest.mark.parametrize("angle", [".9g", ".0f"])
+def test_points_that_part_thousands_are_no_decimal_signs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sign: str, block: int, angle: str
+) -> None:
+    monkeypatch.setattr(text_stream, "_BLOCK_BYTES", block)
+    torque = [cell.replace(",", ".") for cell in thousands(1e3 * TORQUE)]
+    lines = [f"{one}{sign}{1e6 * other:{angle}}" for one, other in zip(torque, ANGLE, strict=True)]
+    text = "\n".join([f"torque_mNm{sign}angle_urad", *lines])
+    message = refused(write(tmp_path / "a.csv", text))
+    assert message.startswith("a.csv, row 5, column 'torque_mNm': found '1.200'")
+    assert "'1.200' may be 1200 or 1.200" in message
+
+
+def test_decimal_points_are_read_with_fixed_decimals_and_without_trailing_zeros(
+    tmp_path: Path,
+) -> None:
+    large = np.round(25 * TORQUE)  # to 1000
+    for torque in (
+        [f"{value:.3f}" for value in TORQUE],
+        [f"{value + 100:.3f}" for value in TORQUE],  # no cell below 1 that would show the sign
+        [f"{value:.4g}" for value in TORQUE],
+        [f"{value:.10g}" for value in TORQUE / 3],
+        [f"{value:g}" for value in 1 + np.round(TORQUE) / 8],  # 1, 1.125, 1.25
+        [f"{value:.0f}" for value in large],
+        # Integers to 100, and numbers below ten to three digits: no thousands, without hundreds.
+        [f"{value:.3f}" if 1 <= abs(value) < 10 else f"{value:.0f}" for value in TORQUE],
+        # A writer that parts thousands would not leave 1603 whole.
+        ["1.203" if value == 100 else f"{value:.0f}" for value in large + 603],
+    ):
+        lines = [f"{one},{other:.9g}" for one, other in zip(torque, ANGLE, strict=True)]
+        loop = read_loop(write(tmp_path / "a.csv", "\n".join(["torque_Nm,angle_rad", *lines])))
+        assert loop.torque == pytest.approx([float(cell) for cell in torque])
+
+
 @pytest.mark.parametrize("sign", [".", ","])
 def test_decimal_signs_may_not_change(tmp_path: Path, sign: str) -> None:
     lines = table("torque_Nm;angle_rad", ";").replace(".", sign).splitlines()
@@ -282,6 +318,7 @@ CELL = st.one_of(
     st.text("0123456789.,eE+-_ xTrueFalsnaif", max_size=6),
     st.sampled_from(["", " 1.5", "1.5 ", "True", "nan", "-inf", "1e5", "1.", ".5", "1e400"]),
     st.sampled_from(["1,250", "-12,500", "0,125", "1,25", "1,2e5", "1250,125", "25", " 1,250"]),
+    st.sampled_from(["1.250", "-12.500", "0.125", "1.2e5", "1250.125", "250", "1250", " 1.250"]),
 )
 
 
