@@ -38,7 +38,7 @@ def backtest(
     scores that by what came later: the later tests, or the truth of a simulated drive. Fits with
     the drive model alone. Writes backtest.json and report.html.
     """
-    place = output_folder(out, f"backtest-{folder.resolve().name}", pdf=pdf)
+    place = output_folder(out, f"backtest-{folder.resolve().name}", "backtest.json", pdf=pdf)
     from hdprog import backtesting
 
     with progress(quiet=quiet) as report:

@@ -11,12 +11,21 @@ from typing import TYPE_CHECKING, Any, Protocol
 import typer
 
 from hdprog.cli.exits import ExitCode
-from hdprog.errors import UsageError
+from hdprog.errors import BadInputError, UsageError
 
 if TYPE_CHECKING:
     from hdprog.config import Drive, ReportSettings
     from hdprog.data.loop import Loop
     from hdprog.outcome import Outcome
+
+
+# The JSON beside a report.html tells what was reported, and which commands write the two.
+_DOCUMENTS = {
+    "summary.json": "`hdprog run`, `fit` or `explain`",
+    "compare.json": "`hdprog compare`",
+    "backtest.json": "`hdprog backtest`",
+    "reproduction.json": "`hdprog reproduce-paper`",
+}
 
 
 class Writable(Protocol):
@@ -42,7 +51,9 @@ def command_line(ctx: typer.Context) -> str:
     return str(ctx.find_root().obj)
 
 
-def output_folder(out: Path | None, name: str, *, pdf: bool = False) -> Path:
+def output_folder(
+    out: Path | None, name: str, document: str | None = None, *, pdf: bool = False
+) -> Path:
     """Settle where to write, and refuse before the work what could not be written after it.
 
     Parameters
@@ -51,6 +62,8 @@ def output_folder(out: Path | None, name: str, *, pdf: bool = False) -> Path:
         The folder asked for; None for `./hdprog-NAME`.
     name : str
         Of the drive or loop, or of the command and it.
+    document : str or None
+        The JSON that is written beside report.html; None where there is no report.html.
     pdf : bool
         Whether a PDF is wanted.
 
@@ -59,6 +72,8 @@ def output_folder(out: Path | None, name: str, *, pdf: bool = False) -> Path:
     UsageError
         When a file lies where the folder or one above it should be, nothing can be written there,
         or a PDF cannot be made here.
+    BadInputError
+        When the folder holds the results of another command, whose report would be lost.
     """
     if pdf:
         from hdprog.reporting.pdf import require_pdf
@@ -76,7 +91,21 @@ def output_folder(out: Path | None, name: str, *, pdf: bool = False) -> Path:
             f"--out: found the folder {there}, in which nothing can be written, expected one that "
             "can. Give another folder with --out DIR."
         )
+    if document is not None:
+        _require_no_other_report(folder, document)
     return folder
+
+
+def _require_no_other_report(folder: Path, document: str) -> None:
+    """Refuse to replace a report.html that belongs to another command's document."""
+    for other, commands in _DOCUMENTS.items():
+        if other != document and (folder / other).is_file():
+            raise BadInputError(
+                f"the {other} of {commands}, whose report.html would be replaced",
+                f"--out {folder}",
+                f"a new folder, or one with earlier results of {_DOCUMENTS[document]}",
+                "Give another folder with --out DIR.",
+            )
 
 
 def read_record(

@@ -45,7 +45,7 @@ def compare(
     Fits every model that the record allows and ranks them by what they predict of parts that they
     did not see. Writes compare.json and report.html.
     """
-    folder = output_folder(out, f"compare-{record_name(loop.name)}", pdf=pdf)
+    folder = output_folder(out, f"compare-{record_name(loop.name)}", "compare.json", pdf=pdf)
     record, settings = read_record(loop, drive, columns, select)
     from hdprog import comparing  # slow to import; a bad record is told before
 

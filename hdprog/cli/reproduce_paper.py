@@ -22,7 +22,7 @@ def reproduce_paper(
     From the values of its Table 2, each figure with the paper's claim and what came out, and the
     parameters recovered by the posterior. Writes reproduction.json and report.html.
     """
-    folder = output_folder(out, "reproduce-paper")
+    folder = output_folder(out, "reproduce-paper", "reproduction.json")
     from hdprog import reproducing
 
     with progress(quiet=quiet) as report:

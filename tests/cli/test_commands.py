@@ -100,6 +100,49 @@ def test_records_with_dots_in_their_names_are_kept_apart(
     assert f"Report: {folder}/report.html" in shown.stdout, shown.stderr
 
 
+@pytest.mark.parametrize(
+    ("command", "lies", "refused"),
+    [
+        (("compare", "t01.csv"), "summary.json", True),
+        (("compare", "t01.csv"), "compare.json", False),
+        (("compare", "t01.csv"), "notes.json", False),
+        (("backtest", "drive"), "summary.json", True),
+        (("reproduce-paper",), "compare.json", True),
+        (("fit", "t01.csv"), "compare.json", True),
+        (("run", "drive"), "backtest.json", True),
+        (("run", "drive"), "summary.json", False),
+    ],
+)
+def test_the_report_of_another_command_is_not_replaced(
+    invoke: Invoke,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    command: tuple[str, ...],
+    lies: str,
+    refused: bool,
+) -> None:
+    there = Workflow()
+    put_module(monkeypatch, "hdprog.data.readers", read_loop=lambda *_, **__: "record")
+    put_module(monkeypatch, "hdprog.workflow", run=there.answer("run"), fit=there.answer("fit"))
+    put_module(monkeypatch, "hdprog.comparing", compare=there.answer("compare"))
+    put_module(monkeypatch, "hdprog.backtesting", backtest=there.answer("backtest"))
+    put_module(monkeypatch, "hdprog.reproducing", reproduce_paper=there.answer("reproduce"))
+    folder = tmp_path / "results"
+    folder.mkdir()
+    (folder / lies).write_text("{}", "utf-8")
+    (folder / "report.html").write_text("before", "utf-8")
+    shown = invoke(*command, "--out", "results")
+    if not refused:
+        assert shown.exit_code == 0, shown.stderr
+        return
+    assert shown.exit_code == 3
+    assert f"--out results: found the {lies} of `hdprog " in shown.stderr
+    assert "Give another folder with --out DIR." in shown.stderr
+    assert there.calls == []
+    assert sorted(file.name for file in folder.iterdir()) == sorted([lies, "report.html"])
+    assert (folder / "report.html").read_text("utf-8") == "before"
+
+
 def test_a_folder_keeps_its_whole_name(
     invoke: Invoke, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
