@@ -30,7 +30,10 @@ _ALIKE = 2.0  # largest factor between a jump's ratio of the channels and the re
 
 
 def levelled(loop: Loop) -> tuple[Loop, NDArray[np.bool_]]:
-    """Replace isolated readings of torque or angle that are wrong beyond any doubt.
+    """Replace isolated readings that are wrong beyond any doubt.
+
+    Temperature and output angle are drawn straight, too: a single wrong one would be the span that
+    effects are scaled by.
 
     Parameters
     ----------
@@ -38,8 +41,8 @@ def levelled(loop: Loop) -> tuple[Loop, NDArray[np.bool_]]:
 
     Returns
     -------
-    the record with straight lines drawn through wrong readings, and which readings those were,
-    (samples,)
+    the record with straight lines drawn through wrong readings, and which readings of torque or
+    angle those were, (samples,)
     """
     noise = tuple(_noise(values, loop.time) for values in (loop.torque, loop.angle))
     wrong_torque = _jumping(loop.torque, noise[0])
@@ -48,7 +51,13 @@ def levelled(loop: Loop) -> tuple[Loop, NDArray[np.bool_]]:
     torque, wrong_torque = _straightened(loop.torque, wrong_torque & ~loaded)
     angle, wrong_angle = _straightened(loop.angle, wrong_angle & ~loaded)
     wrong = wrong_torque | wrong_angle
-    return (replace(loop, torque=torque, angle=angle) if wrong.any() else loop), wrong
+    sound = {"torque": torque, "angle": angle} if wrong.any() else {}
+    for name in ("temperature", "output_angle"):
+        if (values := getattr(loop, name)) is not None:
+            straight, jumped = _straightened(values, _jumping(values, _noise(values, loop.time)))
+            if jumped.any():
+                sound[name] = straight
+    return (replace(loop, **sound) if sound else loop), wrong
 
 
 def _noise(values: NDArray[np.float64], time: NDArray[np.float64] | None) -> float:

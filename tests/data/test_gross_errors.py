@@ -51,6 +51,23 @@ def test_wrong_readings_are_drawn_straight(channel: str, where: list[int]) -> No
     assert np.abs(turns - turning_points(loop.torque, time=loop.time)).max() <= 2
 
 
+def test_temperature_and_output_angle_are_drawn_straight_and_set_nothing_aside() -> None:
+    """Rounded to the tenth of a degree, as thermometers are; both span what effects scale by."""
+    index = np.arange(400.0)
+    warming = np.round(25.0 + 0.6 * index / 400.0, 1)
+    turned = 1.0 + 0.05 * index / 400.0
+    loop = replace(triangle(400, 0.3), temperature=warming, output_angle=turned)
+    hot, lost = warming.copy(), turned.copy()
+    hot[150], lost[[77, 78]] = 850.0, 0.0
+
+    same, wrong = levelled(replace(loop, temperature=hot, output_angle=lost))
+    assert not wrong.any()
+    assert same.temperature is not None
+    assert same.output_angle is not None
+    assert np.abs(same.temperature - warming).max() < 0.11
+    assert np.abs(same.output_angle - turned).max() < 1e-6
+
+
 def stepwise(hold: int, top: int, noise: float) -> Loop:
     """Dead weights put on and taken off, each side's largest for a few readings only."""
     levels = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0]
