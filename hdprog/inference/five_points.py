@@ -39,6 +39,7 @@ _FOURTH, _FIFTH = 0.55, 0.9  # of the largest torque: A4, A5
 _OTHER_CHOICES = ((0.4, 0.9), (0.55, 0.75))
 _OTHER_THRESHOLDS = (0.6, 1.7)  # times T_T, as one eye or another may read it
 _FIRST_GUESSES = ((0.05, -60.0), (0.09, -110.0))  # μ0 and (cT_i)0 of the search
+_RIGID = 1e3  # times the loop's stiffness: a search that runs to infinity, and no cup or tooth
 _IMPOSSIBLE = 1e6  # times the record's own variance: criterion outside the support
 
 
@@ -123,27 +124,27 @@ def identify(
     """
     branches = _branches(reduced, noise, source)
     threshold = _threshold(branches)
-    best = _searched(branches, _Choice(_FOURTH, _FIFTH, threshold), alpha)
-    choices = [_Choice(*pair, threshold) for pair in _OTHER_CHOICES]
+    choices = [_Choice(_FOURTH, _FIFTH, threshold)]
+    choices += [_Choice(*pair, threshold) for pair in _OTHER_CHOICES]
     choices += [_Choice(_FOURTH, _FIFTH, factor * threshold) for factor in _OTHER_THRESHOLDS]
-    near = [] if best is None else [(best[0]["mu"][0], best[0]["c"][0] * best[0]["T_i"][0])]
-    others = [
-        found
-        for choice in choices
-        if near and (found := _searched(branches, choice, alpha, near)) is not None
-    ]
-    if best is None:
+    solved: list[Solved] = []
+    for choice in choices:
+        near = [(found["mu"][0], found["c"][0] * found["T_i"][0]) for found, *_ in solved[:1]]
+        if (answer := _searched(branches, choice, alpha, near or _FIRST_GUESSES)) is not None:
+            solved.append(answer)
+    if not solved:
         raise BadInputError(
             "five points that no parameters fit (29-34)",
             source,
-            "a loop whose loading branch lies below its unloading one at every torque",
+            "a loading branch below the unloading one at every torque, and points on it that "
+            "finite stiffnesses can meet",
             "Look at the record with `hdprog check`, or fit it with --method posterior.",
         )
-    parameters, error, points = best
+    parameters, error, points = solved[0]  # of the rule's own points, where they have an answer
     ranges = {
         name: (
-            min(float(found[0][name][0]) for found in [best, *others]),
-            max(float(found[0][name][0]) for found in [best, *others]),
+            min(float(found[0][name][0]) for found in solved),
+            max(float(found[0][name][0]) for found in solved),
         )
         for name in NAMES
     }
@@ -151,8 +152,8 @@ def identify(
         points=points,
         parameters={name: float(parameters[name][0]) for name in NAMES},
         other_choices=ranges,
-        choices_tried=1 + len(choices),
-        choices_solved=1 + len(others),
+        choices_tried=len(choices),
+        choices_solved=len(solved),
         threshold_read=threshold,
         rmse_rad=error,
     )
@@ -195,7 +196,7 @@ def _searched(
     branches: Branches,
     choice: _Choice,
     alpha: float,
-    guesses: Sequence[tuple[float, float]] = _FIRST_GUESSES,
+    guesses: Sequence[tuple[float, float]],
 ) -> Solved | None:
     """The five points' parameters under the μ0 and (cT_i)0 that make (37) least."""
     chosen = branches.rising | branches.falling
@@ -261,6 +262,8 @@ def _from_points(
     if (elastic <= 0).any():
         return None
     springs = _springs(torques, elastic, choice.threshold, branches.top)
+    if springs is None:
+        return None
     parameters = {**friction, **springs}
     if not in_support(parameters, alpha).all():
         return None
@@ -276,8 +279,11 @@ def _from_points(
 
 def _springs(
     torques: FloatArray, elastic: FloatArray, threshold: float, top: float
-) -> dict[str, FloatArray]:
-    """K_F, a, b from elastic angles (3,) in rad at torques (3,) (32-34), or one K (38)."""
+) -> dict[str, FloatArray] | None:
+    """K_F, a, b from elastic angles (3,) in rad at torques (3,) (32-34), or one K (38).
+
+    None where a part would have to be rigid: the search runs to infinity then.
+    """
     if threshold < _NO_THRESHOLD * top:
         stiffness = float(torques @ torques / (torques @ elastic))
         parts = {"K_F": 2 * stiffness, "a": _NO_GROWTH, "b": 2 * stiffness, "T_T": 0.0}
@@ -292,5 +298,7 @@ def _springs(
     overall = float(torques[2] / elastic[2])
     start = np.log([2 * overall, overall / threshold, overall])
     found = np.exp(least_squares(missed, start, method="lm", max_nfev=60).x)
+    if max(found[0], found[2]) > _RIGID * overall:
+        return None
     parts = {"K_F": found[0], "a": found[1], "b": found[2], "T_T": threshold}
     return {name: np.array([value]) for name, value in parts.items()}

@@ -59,6 +59,14 @@ def test_a_worn_drive_keeps_its_stiffness_but_not_its_parameters() -> None:
     assert all(low <= found.parameters[n] <= high for n, (low, high) in found.other_choices.items())
 
 
+@pytest.mark.parametrize("seed", [2, 7])
+def test_no_stiffness_runs_to_infinity(seed: int) -> None:
+    """Points that would need a rigid part are no answer, and are not counted as one."""
+    found = identify_record(loop(POST_TEST, seed), Drive())
+    assert found.other_choices["K_F"][1] < 1e8
+    assert found.other_choices["b"][1] < 1e8
+
+
 def test_a_one_sided_record_is_refused_with_a_way_out() -> None:
     torque = np.concatenate([np.linspace(0, 60, 80), np.linspace(59, 0, 80)])
     values = {name: np.asarray(value) for name, value in POST_TEST.items()}
