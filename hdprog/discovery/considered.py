@@ -69,7 +69,8 @@ def why_not(
     decided : whether the search went by these gains, and not by those of all tests together
     """
     gain = gains[0][name]
-    if gain < THRESHOLD:
+    most = max(step[name] for step in gains if name in step)
+    if name not in mechanisms and most < THRESHOLD:
         return f"no evidence: log Bayes factor {_told(gain)} where {THRESHOLD:g} is asked for"
     if name in mechanisms:
         return (

@@ -13,7 +13,7 @@ from hdprog.discovery.model import Model
 from hdprog.discovery.pooling import share
 from hdprog.discovery.search import Traced
 from hdprog.discovery.separating import indistinguishable, separating_test
-from hdprog.discovery.unknown import TermGain, with_term
+from hdprog.discovery.unknown import TERM_PENALTY, TermGain, with_term
 from hdprog.explanation import UNKNOWN, FoundEffect
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.summarise import by_level
@@ -102,7 +102,7 @@ def _unknown(traced: Traced, held_after: HeldOut) -> FoundEffect:
         id=UNKNOWN,
         words="an effect that no known mechanism describes",
         coordinate=term.coordinate,
-        log_evidence_gain=final.log_evidence - fewer.log_evidence,
+        log_evidence_gain=final.log_evidence - fewer.log_evidence - TERM_PENALTY,
         elpd_gain=gain,
         elpd_se=error,
         share=share([traced.base], [fewer], [final]),

@@ -46,7 +46,9 @@ def sample_folds(prepared: Prepared) -> NDArray[np.intp]:
     """(samples,) fold of each reading: its cycle where there are three or more, else a tenth."""
     path = prepared.record_course.path
     spans = prepared.record_course.spans
-    begins = path.starts[path.rising & (spans >= _WHOLE * spans.max())]
+    whole = spans >= _WHOLE * spans.max()
+    # From zero torque a cycle's first rise is half a swing: then its falls tell the cycles.
+    begins = max((path.starts[whole & (path.rising == up)] for up in (True, False)), key=len)
     if begins.size < _FEWEST_CYCLES:
         return contiguous_folds(len(prepared.loop))
     places = np.searchsorted(begins, np.arange(len(prepared.loop)), side="right") - 1

@@ -128,9 +128,9 @@ def trace(
             continue
         models = [chosen.joined(step) for step in now]
         taken.append(chosen.name)
+        models, taken = _checked_back(models, bases, taken, rngs, spread)
         if len(taken) == _MOST_EFFECTS:
             break
-        models, taken = _checked_back(models, bases, taken, rngs, spread)
     finals = with_unknown(bases, models, remaining, rngs, spread)
     if remaining is not None and _gave_way(models, finals) and (small := _leading(made)):
         # A free curve may be needed only for what one more mechanism carries.

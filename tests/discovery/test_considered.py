@@ -41,3 +41,12 @@ def test_reasons(
     gains: list[dict[str, float]], final: tuple[str, ...], curve: bool, decided: bool, said: str
 ) -> None:
     assert said in why_not("creep", gains, (), final, curve, decided=decided)
+
+
+def test_what_was_taken_or_gained_later_had_evidence() -> None:
+    """Masked at first, by an effect that was added then."""
+    gains = [{"creep": 3.0, "backlash": 50.0}, {"creep": 40.0}]
+    taken = why_not("creep", gains, ("backlash", "creep"), (), True, decided=True)
+    assert "carries part of the error only" in taken
+    beside = why_not("creep", gains, ("backlash",), ("backlash",), False, decided=True)
+    assert "40.0 beside backlash" in beside
