@@ -51,13 +51,24 @@ def levelled(loop: Loop) -> tuple[Loop, NDArray[np.bool_]]:
     torque, wrong_torque = _straightened(loop.torque, wrong_torque & ~loaded)
     angle, wrong_angle = _straightened(loop.angle, wrong_angle & ~loaded)
     wrong = wrong_torque | wrong_angle
-    sound = {"torque": torque, "angle": angle} if wrong.any() else {}
-    for name in ("temperature", "output_angle"):
-        if (values := getattr(loop, name)) is not None:
-            straight, jumped = _straightened(values, _jumping(values, _noise(values, loop.time)))
-            if jumped.any():
-                sound[name] = straight
-    return (replace(loop, **sound) if sound else loop), wrong
+    if wrong.any():
+        loop = replace(loop, torque=torque, angle=angle)
+    temperature, output_angle = (
+        _sound(values, loop.time) for values in (loop.temperature, loop.output_angle)
+    )
+    if temperature is not loop.temperature or output_angle is not loop.output_angle:
+        loop = replace(loop, temperature=temperature, output_angle=output_angle)
+    return loop, wrong
+
+
+def _sound(
+    values: NDArray[np.float64] | None, time: NDArray[np.float64] | None
+) -> NDArray[np.float64] | None:
+    """A channel beside torque and angle, with lines through its wrong readings; else itself."""
+    if values is None:
+        return None
+    straight, _ = _straightened(values, _jumping(values, _noise(values, time)))
+    return straight
 
 
 def _noise(values: NDArray[np.float64], time: NDArray[np.float64] | None) -> float:
