@@ -178,6 +178,10 @@ def _orders(
     orders, left_out = [], []
     for folder in folders:
         name = folder.relative_to(path).as_posix() if folder != path else folder.resolve().name
+        if any(order.name == name for order in orders):
+            reason = "another drive folder has this name: rename one of them"
+            left_out.append(LeftOut(folder.as_posix(), reason))
+            continue
         try:
             key = _key(folder, seed, quick, explain)
         except (HdprogError, OSError) as error:
