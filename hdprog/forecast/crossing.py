@@ -112,9 +112,7 @@ def first_crossing(
     survived_so_far : whether it is known that no limit has been passed up to now; paths count all
         the same where most of them contradict it
     """
-    survived = np.ones_like(limits[0].margin)
-    for limit in limits:
-        survived = survived * _survival(limit)
+    survived = _survival(limits)
     past = survived[:, 0] == 0.0
     already = bool(past.mean() > _SETTLED)
     kept = survived[~past] if survived_so_far and not already else survived
@@ -122,15 +120,24 @@ def first_crossing(
     return Crossing(hours, np.clip(probability, 0.0, 1.0), already)
 
 
-def _survival(limit: Margins) -> FloatArray:
-    """(draws, times) chance that a path has not been past the limit since the first time."""
-    short = limit.margin > 0
+def _survival(limits: Sequence[Margins]) -> FloatArray:
+    """(draws, times) chance that a path has been past none of the limits since the first time.
+
+    One random path leads to all of them: between two times it touches the limit that it touches
+    most easily, and the others no more often.
+    """
+    short = np.all([limit.margin > 0 for limit in limits], axis=0)
+    stays = np.min([_stays(limit) for limit in limits], axis=0)
+    stays = np.where(short[:, :-1] & short[:, 1:], stays, 0.0)
+    return np.concatenate([short[:, :1], np.cumprod(stays, axis=1) * short[:, :1]], axis=1)
+
+
+def _stays(limit: Margins) -> FloatArray:
+    """(draws, times − 1) chance of staying short of a limit between times short of it."""
     room = np.maximum(limit.margin, 0.0)
     variance = np.maximum(limit.wander[:, 1:], np.finfo(float).tiny)
     with np.errstate(over="ignore"):  # a path that does not wander: exp(−∞) = 0 is meant
-        touched = np.exp(-2.0 * room[:, :-1] * room[:, 1:] / variance)
-    stays = np.where(short[:, :-1] & short[:, 1:], 1.0 - touched, 0.0)
-    return np.concatenate([short[:, :1], np.cumprod(stays, axis=1) * short[:, :1]], axis=1)
+        return np.asarray(1.0 - np.exp(-2.0 * room[:, :-1] * room[:, 1:] / variance))
 
 
 def forecast(

@@ -84,7 +84,7 @@ def _wander(
         slopes = (figure(moved) - values[:, at]) / _STEP
         return np.asarray((1 - share) * slopes[:, place] + share * slopes[:, after])
 
-    wander = paths.shared * slope(paths.direction) ** 2
-    for index in range(paths.direction.size):
-        wander = wander + paths.own[..., index] * slope(np.eye(paths.direction.size)[index]) ** 2
+    wander = paths.shared * slope(paths.direction[:, at]) ** 2
+    for index, alone in enumerate(np.eye(paths.own.shape[-1])):
+        wander = wander + paths.own[..., index] * slope(alone) ** 2
     return np.asarray(wander)

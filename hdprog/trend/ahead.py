@@ -28,11 +28,11 @@ def simulate_ahead(
 ) -> FloatArray:
     """Draw states after the last test, where the rate of wear changes by factors.
 
-    Seen from tests, the rate's departure is linear, so that a filter can follow it. Ahead it starts
-    from where it is, 1 + v times the clock's, and changes by exp(W) with a random walk W: a rate
-    does not run below zero, and one that has grown may grow on. W drifts upwards, as the last stage
-    of wear is the one that speeds up; where the pace is steady, it stays so. Where the clock has
-    levelled off, wear does not heal. Loadings walk on as before.
+    Seen from tests, the rate's departure is linear, so that a filter can follow it. Ahead all that
+    goes on, by the drive's own loadings and by the departure, goes on exp(W) times as fast, with a
+    random walk W: a rate does not run below zero, one that has grown may grow on, and what has
+    levelled off stays level. W drifts upwards, as the last stage of wear is the one that speeds up;
+    where the pace is steady, it stays so. Loadings walk on as before.
 
     Parameters
     ----------
@@ -48,7 +48,6 @@ def simulate_ahead(
     """
     draws, times = steps.wear.shape
     x, c = start
-    rate = np.maximum(1.0 + c[:, RATE], _SLOWEST)
     walk, loadings = np.zeros(draws), c[:, : steps.size]
     states = np.empty((draws, times - first, steps.size))
     for time in range(first, times):
@@ -57,13 +56,14 @@ def simulate_ahead(
         departure = ahead.spread * np.sqrt(steps.departure[:, time])
         drift = np.where(departure > 0, ahead.drift * steps.lived[:, time], 0.0)
         meanwhile = walk + drift / 2 + departure * (turn / 2 + lead / np.sqrt(12))
-        gained = passed * (rate * np.exp(np.minimum(meanwhile, _FASTEST_LOG)) - 1.0)
-        gained = np.maximum(gained, -wear)
-        gained = gained + np.sqrt(steps.shared[:, time]) * common
-        gained = gained + steps.settled[:, time] * c[:, RUNNING_IN]
+        factor = np.exp(np.minimum(meanwhile, _FASTEST_LOG))
+        departed = np.maximum(passed * c[:, RATE], (_SLOWEST - 1.0) * wear)
+        beside = np.sqrt(steps.shared[:, time]) * common
+        beside = beside + steps.settled[:, time] * c[:, RUNNING_IN]
         own = np.sqrt(steps.own[:, time]) * rng.standard_normal((draws, steps.size))
         pace, loadings = walked(loadings, steps.loading_walk[:, time], rng)
-        x = x + wear[:, None] * pace + gained[:, None] * steps.direction + own
+        going = wear[:, None] * pace + departed[:, None] * steps.direction
+        x = x + factor[:, None] * going + beside[:, None] * steps.direction + own
         walk = walk + drift + departure * turn
         states[:, time - first] = x
     return states
@@ -81,7 +81,7 @@ def worn_ahead(
     ahead: FloatArray,
     ends: Mapping[str, LogNormal],
     rng: np.random.Generator,
-) -> FloatArray:
+) -> tuple[FloatArray, FloatArray]:
     """States to come with an end to the wear of each place, held within reach.
 
     Where b or T_i would fall below its end, it tends to it instead (see `level_off`), and what
@@ -98,22 +98,33 @@ def worn_ahead(
 
     Returns
     -------
-    (draws, times, n) to come
+    (draws, times, n) to come, and how much of a small step made then is left of it, as the slope of
+    b's or T_i's own way has it
     """
     way = ahead - now[:, None]
+    left = np.ones_like(way)
     mesh = np.isin(np.arange(way.shape[-1]), _MESH)
     for shown, place in (("b", ~mesh), ("T_i", mesh)):
         if shown in ends:
             at = NAMES.index(shown)
             end = left_worn_out(ends[shown], now[:, at] - steps.initial_mean[at], rng)
-            way[..., place] *= _share_of_way(-way[..., at], end)[..., None]
-    return within_reach(steps, now[:, None] + way)
+            fall = -way[..., at]
+            left[..., place] = _left_of_step(fall, end)[..., None]
+            way[..., place] *= _share_of_way(fall, end)[..., None]
+    return within_reach(steps, now[:, None] + way), left
 
 
 def _share_of_way(fall: FloatArray, end: FloatArray) -> FloatArray:
     """(draws, times) how much of a fall comes, and of what goes along with it."""
     falls = fall > _NO_FALL
     return np.where(falls, level_off(fall, end) / np.where(falls, fall, 1.0), 1.0)
+
+
+def _left_of_step(fall: FloatArray, end: FloatArray) -> FloatArray:
+    """(draws, times) slope of `level_off`."""
+    share = end[:, None]
+    going = np.exp(-np.maximum(fall, 0.0) / (1 - share))
+    return np.asarray(going / (share + (1 - share) * going))
 
 
 def left_worn_out(belief: LogNormal, present: FloatArray, rng: np.random.Generator) -> FloatArray:

@@ -176,14 +176,16 @@ def _warnings(trend: LinearisedTrend, met: Met, distance: float) -> tuple[str, .
     said = []
     tests, found, draws, wear_prior = trend.tests, trend.mode, trend.draws, trend.wear_prior
     carrier = "the wear prior" if wear_prior.fleet is None else "the fleet"
-    seen = len({test.service_hours for test in tests})
+    replaced = [at for at, test in enumerate(tests) if at and test.event == "replaced"]
+    own = tests[max(replaced, default=0) :]  # of the drive that is there now
+    seen = len({test.service_hours for test in own})
     if seen == 1:
-        few = "There is one test only" if len(tests) == 1 else "All tests are at the same hours"
+        few = "There is one test only" if len(own) == 1 else "All tests are at the same hours"
         said.append(f"{few}: how fast the drive wears is told by {carrier}, not the drive.")
     elif seen < 4:
-        few = f"{seen} tests" if len(tests) == seen else f"tests at {seen} service hours"
+        few = f"{seen} tests" if len(own) == seen else f"tests at {seen} service hours"
         said.append(f"There are {few} only: {carrier} carries much of the forecast.")
-    if any(test.event == "replaced" for test in tests[1:]):
+    if replaced:
         said.append(
             "The drive was replaced: the state starts anew there; its pace and scatter are taken "
             "to be like those of the one before."

@@ -28,6 +28,7 @@ from hdprog.trend.wear_coordinates import StatePrior, to_loop
 from hdprog.trend.wear_prior import RateAhead, WearPrior
 
 _LEVEL = RateAhead(spread=1.0, drift=0.0)
+_PRIOR_DRAWS = 20_000
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Paths:
     ----------
     hours : (times,) service hours
     states : (draws, times, n) wear coordinates
-    direction : (n,) along which wear wanders
+    direction : (draws, times, n) along which wear wanders, shorter where it nears its end
     shared : (draws, times) variance added along it since the time before
     own : (draws, times, n) variance added to each coordinate alone
     warmer : (draws, n) what 10 K add to a state after the last test; zero where temperature does
@@ -165,13 +166,14 @@ class Trend(LinearisedTrend):
         now = at_reference(steps, states[:, -1], course.carried, behind - 1)
         start = (now, course.carried)
         ahead = simulate_ahead(steps, rng, start, behind, self._rate_ahead)
-        ahead = worn_ahead(steps, now, ahead, self.wear_prior.worn_out, rng)
+        ahead, left = worn_ahead(steps, now, ahead, self.wear_prior.worn_out, rng)
+        left = np.concatenate([np.ones_like(states), left], axis=1)[:, which < 0]
         return Paths(
             np.asarray(hours, dtype=float),
             np.concatenate([states, ahead], axis=1)[:, which < 0],
-            self.wear_prior.loading_mean,
+            self.wear_prior.loading_mean * left,
             steps.shared[:, which < 0],
-            steps.own[:, which < 0],
+            steps.own[:, which < 0] * left**2,
             per_step_of_warmth(steps, course.carried),
         )
 
@@ -202,9 +204,14 @@ class Trend(LinearisedTrend):
         return {name: named[name] for name in self._in_use}
 
     def carried_by_prior(self) -> tuple[str, ...]:
-        """Hyperparameters whose spread the tests hardly narrowed: by less than a fifth."""
-        spread = self.met.deviates.std(axis=0)
-        wide = dict(zip(HYPERPARAMETERS, spread**2 > 0.64, strict=True))
+        """Hyperparameters whose spread the tests hardly narrowed: by less than a fifth.
+
+        With a fleet, less than that of what the fleet says of its drives.
+        """
+        prior, standard = self.wear_prior, np.random.default_rng(0).standard_normal
+        before = _spread(prior.deviates(standard((_PRIOR_DRAWS, len(HYPERPARAMETERS)))))
+        narrowed = _spread(prior.deviates(self.met.deviates)) < 0.8 * before
+        wide = dict(zip(HYPERPARAMETERS, ~narrowed, strict=True))
         return tuple(name for name in self._in_use if wide[name])
 
     @property
@@ -230,3 +237,8 @@ class Trend(LinearisedTrend):
         steps = Steps.of(timeline, values, self._state_prior, self.wear_prior)
         seen = SeenTests.of(self.mode.loops, self.tests, self.wear_prior)
         return GivenMeasured.of(steps, values.scatter, seen.scales, seen.unknown_part)
+
+
+def _spread(deviates: FloatArray) -> FloatArray:
+    """Standard deviation (k,) of deviates (draws, k); a steady pace has none of its rate's."""
+    return np.asarray(np.ma.masked_invalid(deviates).std(axis=0).filled(0.0))

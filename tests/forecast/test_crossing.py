@@ -109,6 +109,14 @@ def test_the_first_of_two_limits_is_the_earlier_one() -> None:
     assert np.allclose(first_crossing(hours, [one, far]).probability, each[0])
 
 
+def test_a_limit_given_twice_is_met_as_often_as_once() -> None:
+    """One random path leads to both: its touches between the times count once."""
+    hours = np.linspace(0.0, 70.0, 15)
+    margin = wiener(hours, 500, np.random.default_rng(3))
+    once, twice = (first_crossing(hours, limits) for limits in ([margin], [margin, margin]))
+    np.testing.assert_array_equal(once.probability, twice.probability)
+
+
 def test_hours_are_dense_near_now_and_end_at_the_horizon() -> None:
     hours = forecast_hours(1000.0, 20_000.0)
     assert hours[0] == 1000.0

@@ -68,18 +68,37 @@ def test_a_steady_pace_stays_steady_where_others_rise() -> None:
 
 
 def test_the_walk_scatters_the_logarithm_of_the_rate() -> None:
-    """Over the last step wear gains passed·exp(W), without it passed.
+    """Over the last step wear gains exp(W) times the clock's.
 
     4 000 draws; bounds of 4 standard errors, one false alarm in 10 000.
     """
     of = steps(4000, volatility=0.5)
     ahead = RateAhead(spread=2.0, drift=0.0)
-    before = reached(replace(of, passed=of.passed * (np.arange(FINE) < FINE - 1)), 1.0, ahead)
+    not_last = of.wear * (np.arange(FINE) < FINE - 1)
+    before = reached(replace(of, wear=not_last, passed=not_last), 1.0, ahead)
     last = reached(of, 1.0, ahead) - before  # the same seed: the same paths
-    walk = np.log1p(last / of.passed[0, -1])
+    walk = np.log(last / of.wear[0, -1])
     spread = 2.0 * 0.5 * np.sqrt(np.log(2.0))
     assert abs(np.median(walk)) < 4 * 1.25 * spread / np.sqrt(4000)
     assert abs(walk.std() / spread - 1) < 4 / np.sqrt(2 * 4000)
+
+
+@pytest.mark.parametrize("rate", [0.5, 1.0, 2.0])
+def test_what_has_levelled_off_is_not_set_going_again(rate: float) -> None:
+    """The clock wears no more; its departure, if it has one, goes on and may grow on."""
+    level = replace(steps(1, volatility=1e-6), wear=np.zeros((1, FINE)))
+    found = reached(level, rate, RateAhead(spread=1.0, drift=1.0))
+    assert found == pytest.approx(1.5 * max(rate - 1.0, 0.0), abs=1e-9, rel=1e-5)
+
+
+def test_a_drive_wears_faster_by_its_own_loadings() -> None:
+    """What does not wear is not set going by what does, and what wears twice as fast goes on so."""
+    one = steps(1, volatility=1e-6)
+    none, ahead = np.zeros((1, FINE, 2)), RateAhead(spread=1.0, drift=1.0)
+    two = replace(one, initial_mean=np.zeros(2), direction=np.ones(2), own=none, loading_walk=none)
+    start = (np.zeros((1, 2)), np.array([[0.0, 2.0, 0.0, 0.0]]))
+    found = simulate_ahead(two, np.random.default_rng(0), start, 0, ahead)[0, -1]
+    assert found == pytest.approx([0.0, 3.0], rel=1e-5)
 
 
 def test_the_shipped_prior_expects_wear_to_speed_up() -> None:
@@ -100,7 +119,7 @@ def worn_out(units: list[float], direction: FloatArray, medians: FloatArray) -> 
     """Changes (times, 8) after so many units of wear of a drive at its prior's medians."""
     now = medians[None]
     ahead = now[:, None] + np.array(units)[None, :, None] * direction
-    return worn_ahead(of_size(medians), now, ahead, ENDS, np.random.default_rng(0))[0] - now
+    return worn_ahead(of_size(medians), now, ahead, ENDS, np.random.default_rng(0))[0][0] - now
 
 
 MIDDLE = PRIOR.mean
@@ -181,3 +200,18 @@ def test_a_drive_whose_pace_was_not_seen_is_not_expected_to_wear_ever_faster() -
         (first, again), PRIOR, read_wear_prior(), np.random.default_rng(1), quick=True
     )
     assert trend._rate_ahead.drift == 0.0
+
+
+def test_random_steps_shrink_as_much_as_the_way_does_near_its_end() -> None:
+    """A step of a thousandth of a unit more, against what is said to be left of one."""
+    now, units = MIDDLE[None], np.array([0.0, 0.5, 1.0, 2.0])
+    rows = [now + np.outer(units + more, STRAIGHT) for more in (0.0, 1e-3)]
+    same = [np.random.default_rng(0) for _ in rows]
+    (at, left), (beside, _) = (
+        worn_ahead(of_size(MIDDLE), now, row[None], ENDS, rng)
+        for row, rng in zip(rows, same, strict=True)
+    )
+    for shown in (B, T_I):
+        step = (beside - at)[0, :, shown] / (1e-3 * STRAIGHT[shown])
+        assert left[0, :, shown] == pytest.approx(step, rel=0.01)
+    assert left[0, 0] == pytest.approx(np.ones(8))

@@ -150,7 +150,7 @@ def _attempt(rng: np.random.Generator) -> Drawn | None:
     if not all(_like_a_gear(loop) for loop in loops):
         return None
     ahead = simulate_ahead(steps, rng, (states[-1:], carried[None]), TESTS, wear.rate_ahead)[0]
-    paths = to_loop(worn_ahead(steps, states[-1:], ahead[None], wear.worn_out, rng)[0])
+    paths = to_loop(worn_ahead(steps, states[-1:], ahead[None], wear.worn_out, rng)[0][0])
     crossings, past = zip(*(_crossing(limit, paths, grid) for limit in LIMITS), strict=True)
     return Drawn(
         loops,

@@ -1,0 +1,57 @@
+"""What is said of a trend beside its numbers."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from hdprog.physics.parameters import NAMES
+from hdprog.trend.fitting import _warnings
+from hdprog.trend.fleet import FleetPrior
+from hdprog.trend.state_space import HYPERPARAMETERS
+from hdprog.trend.trend import Trend
+from hdprog.trend.wear_prior import read_wear_prior
+
+
+def said(events: list[str | None]) -> tuple[str, ...]:
+    """Of tests 500 h apart, before each of which an event may have been."""
+    tests = [SimpleNamespace(service_hours=500.0 * at, event=one) for at, one in enumerate(events)]
+    trend: Any = SimpleNamespace(
+        tests=tests,
+        wear_prior=read_wear_prior(),
+        mode=SimpleNamespace(converged=True),
+        draws=SimpleNamespace(converged=True),
+    )
+    return _warnings(trend, cast("Any", SimpleNamespace(sampled=True, converged=True)), 0.0)
+
+
+@pytest.mark.parametrize(("since", "words"), [(1, "one test only"), (3, "3 tests only")])
+def test_tests_before_a_replacement_are_not_of_the_drive_that_is_there(
+    since: int, words: str
+) -> None:
+    found = " ".join(said([None] * 6 + ["replaced"] + [None] * (since - 1)))
+    assert words in found
+    assert "was replaced" in found
+    assert said([None] * 6) == ()
+
+
+def test_what_carries_a_hyperparameter_is_told_of_itself() -> None:
+    """A fleet knows pace and exponent by their sum: tests that know the pace know both."""
+    covariance = np.eye(len(HYPERPARAMETERS) + len(NAMES))
+    covariance[0, 1] = covariance[1, 0] = 0.95
+    mean = np.zeros(len(covariance))
+    rng = np.random.default_rng(0)
+    deviates = rng.standard_normal((4000, len(HYPERPARAMETERS)))
+    deviates[:, 0] *= 0.05
+    for fleet, named in ((FleetPrior(("a",), mean, covariance), False), (None, True)):
+        prior = read_wear_prior() if fleet is None else read_wear_prior().learnt_from(fleet)
+        trend: Any = SimpleNamespace(
+            met=SimpleNamespace(deviates=deviates), wear_prior=prior, _in_use=HYPERPARAMETERS
+        )
+        carried = Trend.carried_by_prior(trend)
+        assert "wear_rate" not in carried
+        assert ("clock_exponent" in carried) == named
+        assert "volatility" in carried
