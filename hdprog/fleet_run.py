@@ -175,7 +175,8 @@ def _orders(
             "a folder with drive folders below it",
             "Give the folder that holds the drive folders.",
         )
-    orders, left_out = [], []
+    orders: list[Order] = []
+    left_out: list[LeftOut] = []
     for folder in folders:
         name = folder.relative_to(path).as_posix() if folder != path else folder.resolve().name
         if any(order.name == name for order in orders):
