@@ -55,17 +55,21 @@ def jobs_of(session: Session, drive: DriveRow, count: int = 10) -> Sequence[JobR
     return session.scalars(asked).all()
 
 
-def failed_last(session: Session, drives: Iterable[DriveRow]) -> set[int]:
-    """Give the numbers of those among some drives whose newest job failed or was called off."""
+def failed_last(session: Session, drives: Iterable[DriveRow]) -> dict[int, JobRow]:
+    """Give, by number of drive, the newest job of those among some drives where it failed.
+
+    What a person called off did not fail, and tells nothing of the jobs beside it.
+    """
     newest = (
         select(JobRow.drive_id, func.max(JobRow.created_at).label("at"))
-        .where(JobRow.drive_id.in_([drive.id for drive in drives]))
+        .where(JobRow.drive_id.in_([drive.id for drive in drives]), ~JobRow.cancelled)
         .group_by(JobRow.drive_id)
         .subquery()
     )
     is_newest = (JobRow.drive_id == newest.c.drive_id) & (JobRow.created_at == newest.c.at)
-    asked = select(JobRow.drive_id).join(newest, is_newest).where(JobRow.state == "failed")
-    return set(session.scalars(asked))
+    asked = select(JobRow).join(newest, is_newest)
+    asked = asked.where(JobRow.state == "failed", ~JobRow.cancelled)
+    return {job.drive_id: job for job in session.scalars(asked)}
 
 
 def job_of_test(session: Session, test: TestRow) -> JobRow | None:

@@ -1,10 +1,11 @@
-"""What pages say of a drive whose newest job failed: nothing waits, the result is an old one."""
+"""What pages say of a drive whose newest job failed or was called off."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from hdprog.store import jobs
+from hdprog.store.audit import COMMAND_LINE
 from hdprog.store.drives import find_drive
 from tests.web.conftest import ClientOf, service_in
 from tests.web.server import text_of
@@ -41,3 +42,43 @@ def test_the_fleet_tells_whose_last_job_failed(
     for name, said in zip(names, ("waits", "not analysed", "not analysed"), strict=True):
         page = text_of(viewer.get(f"/drives/{name}").text)
         assert f"1 h – – – – {said}" in page
+
+
+def test_a_job_that_was_called_off_is_no_failure(
+    program: ClientOf, person: ClientOf, loop_file: Path
+) -> None:
+    """Its page had said for good that the last job did not end well."""
+    api, viewer, record = program("engineer"), person("viewer"), loop_file.read_bytes()
+    made = api.post("/api/v1/drives", json={"drive": {"id": "called-off"}})
+    assert made.status_code == 201
+    for number in range(3):
+        answer = api.post(
+            "/api/v1/drives/called-off/tests",
+            files={"file": ("a.csv", b"#%d\n" % number + record)},
+            data={"service_hours": str(number)},
+        )
+        assert answer.status_code == 202
+    store = service_in(api).store
+    with store.writing() as session:
+        drive = find_drive(session, "called-off")
+        assert drive is not None
+        newest, second, first = jobs.jobs_of(session, drive)
+        attempt = jobs.start(session, first)
+        assert jobs.cancel(session, COMMAND_LINE, newest)
+        assert jobs.finish(session, first, attempt, None)
+    under_way = viewer.get("/drives/called-off").text
+    assert "The first analysis is under way." in under_way
+    with store.writing() as session:
+        again = jobs.find_job(session, second.id)
+        assert again is not None
+        assert jobs.cancel(session, COMMAND_LINE, again)
+    page = viewer.get("/drives/called-off").text
+    for seen in (under_way, page, viewer.get("/", params={"q": "called-off"}).text):
+        assert "did not end well" not in seen
+    assert f'No analysis is under way. <a href="/jobs/{newest.id}">Its last job</a>' in page
+    with store.writing() as session:
+        later = jobs.find_job(session, newest.id)
+        assert later is not None
+        assert jobs.reopen(session, COMMAND_LINE, later)
+        jobs.fail(session, later, jobs.start(session, later), "test: found nothing of use.")
+    assert "did not end well" in viewer.get("/drives/called-off").text

@@ -40,7 +40,8 @@ def drive_page(request: Request, who: Viewer, drive_id: DriveName) -> Response:
             "history": history,
             "then": analyses.first_limits(session, history),
             "open_jobs": [job for job in recent if job.state in jobs.OPEN],
-            "failed_jobs": [job for job in recent[:1] if job.state == "failed"],
+            "failed": jobs.failed_last(session, [drive]).get(drive.id),
+            "last_job": next(iter(recent), None),
             "pictures": pictures(service, drive.analysis_id),
             "verdict": next((one for one in history if one.id == drive.analysis_id), None),
         }
