@@ -13,7 +13,7 @@ from hdprog.store.audit import COMMAND_LINE
 from hdprog.store.drives import change_drive, find_drive
 from hdprog.store.uploads import find_test
 from tests.web.conftest import ClientOf, service_in
-from tests.web.server import csrf_of
+from tests.web.server import csrf_of, text_of
 
 MRAD, RAD = "A:mrad", "A:rad"
 
@@ -201,12 +201,12 @@ def test_a_renewal_that_other_settings_overtook_changes_nothing(
     assert stiffness(api, uid) == soft
 
 
-def waits(client: TestClient, name: str, record: bytes) -> str:
+def waits(client: TestClient, name: str, record: bytes, called: str = "a.csv") -> str:
     """Upload a record that waits to be looked at."""
     form = csrf_of(client.get("/drives/new").text)
-    sent = {"files": ("a.csv", record)}
+    sent = {"files": (called, record)}
     page = client.post(f"/drives/{name}/uploads", data={"csrf": form}, files=sent).text
-    return page.split('<h2 id="')[1].split('"')[0]
+    return page.split('<h2 id="')[-1].split('"')[0]
 
 
 def accepting(client: TestClient, name: str, uid: str) -> Any:
@@ -255,6 +255,32 @@ def test_a_record_that_cannot_be_read_any_more_is_not_accepted(
     assert back.status_code == 200
     assert accepting(client, "unreadable", uid).status_code == 303
     assert state(api, uid) == "accepted"
+
+
+def test_records_that_cannot_be_accepted_do_not_hold_back_the_others(
+    api: TestClient, person: ClientOf, record: bytes
+) -> None:
+    make(api, "one-bad", MRAD)
+    client = person("engineer")
+    bad = waits(client, "one-bad", record)
+    other = declared("one-bad", MRAD) | {"columns": {"torque": "X:Nm", "angle": "A:mrad"}}
+    assert api.put("/api/v1/drives/one-bad", json=other).status_code == 200
+    named = record.replace(b"T", b"X", 1)
+    good, bare = (waits(client, "one-bad", named + b"\n" * n, f"{n}.csv") for n in (1, 2))
+    form = csrf_of(client.get("/drives/one-bad/uploads").text)
+    said = {f"{bad}-service_hours": "1", f"{good}-service_hours": "2", f"{bare}-service_hours": ""}
+    said |= {"csrf": form, f"{bare}-note": "dry"}
+    answer = client.post("/drives/one-bad/uploads/accept", data=said)
+    assert answer.status_code == 422
+    assert [state(api, uid) for uid in (bad, good, bare)] == ["preview", "accepted", "preview"]
+    words = text_of(answer.text)
+    assert "Accepted: 1 record" in words
+    assert "Not accepted: a.csv and 2.csv, for what is said below." in words
+    assert "With the settings of now it cannot be read" in words
+    assert "no service hours" in words
+    assert 'value="dry"' in answer.text
+    again = client.post("/drives/one-bad/uploads/accept", data=said)
+    assert "1.csv: somebody has accepted it meanwhile" in text_of(again.text)
 
 
 def test_a_record_that_was_not_read_anew_yet_is_shown_before_it_is_accepted(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from fastapi import APIRouter, Depends, Request
 from sqlalchemy.orm import Session
@@ -11,6 +13,7 @@ from starlette.datastructures import FormData, UploadFile
 from starlette.responses import RedirectResponse, Response
 
 from hdprog.errors import BadInputError
+from hdprog.reporting.words import counted, listed
 from hdprog.store.drives import content_of
 from hdprog.store.readings import is_current
 from hdprog.store.tables import DriveRow, TestRow
@@ -20,7 +23,6 @@ from hdprog.store.uploads import (
     find_test,
     list_tests,
     readable_name,
-    refuse_hours_begun_again,
     remove,
 )
 from hdprog.web.facts import read_facts
@@ -70,7 +72,7 @@ async def upload(request: Request, who: Engineer, drive_id: DriveName) -> Respon
 
 @router.post("/drives/{drive_id}/uploads/accept", dependencies=[Depends(form_of_ours)])
 async def accept_uploads(request: Request, who: Engineer, drive_id: DriveName) -> Response:
-    """Let the records count that the form says all of."""
+    """Let the records count that the form says all of; the others wait on, with the words why."""
     form = await request.form()
     return await run_in_threadpool(_accept, request, who, drive_id, form)
 
@@ -110,46 +112,52 @@ def _accept(request: Request, who: Identity, drive_id: str, form: FormData) -> R
     if discarded := texts.get("discard"):
         return _discard(request, who, drive_id, discarded, texts)
     problems: dict[str, str] = {}
-    last = None
+    left: list[TestRow] = []
+    job_ids: list[str] = []
     with service.store.writing() as session:
         drive = drive_named(session, drive_id)
-        waiting = list_tests(session, drive, "preview")
-        gone = _no_longer_waiting(session, drive, texts)
-        said_of = [test for test in waiting if f"{test.uid}-service_hours" in texts]
-        facts = {
-            test.uid: _facts_of(test.uid, texts, test.quality.get("doubt"), problems)
-            for test in said_of
-        }
-        for test in said_of:
-            problems |= _hours_begun_again(session, drive, facts[test.uid], test)
         content = content_of(drive)
-        stale = [test for test in said_of if not is_current(test.quality, content)]
-        problems |= {test.uid: _words_of_stale(test) for test in stale}
-        if not problems and not gone:
-            for test in waiting:
-                said = facts.get(test.uid)
-                if said is not None:
-                    accept(session, who.actor, test, said)
-                    last = service.ask(session, who.actor, drive, test)
-    if stale:
+        gone = _no_longer_waiting(session, drive, texts)
+        for test in list_tests(session, drive, "preview"):
+            if f"{test.uid}-service_hours" not in texts:
+                continue
+            why_not = _accept_one(session, who, test, texts, content)
+            if why_not is None:
+                job_ids.append(service.ask(session, who.actor, drive, test).id)
+            else:
+                problems[test.uid] = why_not
+                left.append(test)
+    if not all(is_current(test.quality, content) for test in left):
         service.read_anew(drive_id)
     if problems or gone:
+        if job_ids:
+            gone.append(_words_of_accepted(len(job_ids), left))
         status = 422 if problems else 409
         return _page(request, who, drive_id, [], gone, problems, texts, status)
-    if last is not None and len(facts) == 1:
-        return RedirectResponse(f"/jobs/{last.id}?said=accepted", 303)
+    if len(job_ids) == 1:
+        return RedirectResponse(f"/jobs/{job_ids[0]}?said=accepted", 303)
     return RedirectResponse(f"/drives/{drive_id}?said=accepted", 303)
 
 
-def _hours_begun_again(
-    session: Session, drive: DriveRow, facts: TestFacts | None, test: TestRow
-) -> dict[str, str]:
+def _accept_one(
+    session: Session,
+    who: Identity,
+    test: TestRow,
+    texts: dict[str, str],
+    content: Mapping[str, Any],
+) -> str | None:
+    """Let a record count with what the form says of it; gives the words why not where it cannot."""
+    if not is_current(test.quality, content):
+        return _words_of_stale(test)
     try:
-        if facts is not None:
-            refuse_hours_begun_again(session, drive, facts, test)
+        facts = read_facts({name: texts.get(f"{test.uid}-{name}", "") for name in _FIELDS})
+        doubt = test.quality.get("doubt")
+        if doubt and f"{test.uid}-sure" not in texts:
+            return f"{doubt} Tick the box if it is, or discard the record."
+        accept(session, who.actor, test, facts)
     except BadInputError as error:
-        return {test.uid: str(error)}
-    return {}
+        return str(error)
+    return None
 
 
 def _no_longer_waiting(session: Session, drive: DriveRow, texts: dict[str, str]) -> list[str]:
@@ -159,7 +167,7 @@ def _no_longer_waiting(session: Session, drive: DriveRow, texts: dict[str, str])
     tests = [find_test(session, uid) for uid in (*asked, texts.get("discard", ""))]
     return [
         f"{test.file_name}: somebody has {_BECAME[test.state]} it meanwhile, as test {test.label}. "
-        "Nothing was changed now; what was said of it is changed on its own page."
+        "Nothing of it was changed now; what was said of it is changed on its own page."
         for test in tests
         if test is not None and test.drive_id == drive.id and test.state in _BECAME
     ]
@@ -174,19 +182,13 @@ def _words_of_stale(test: TestRow) -> str:
     )
 
 
-def _facts_of(
-    uid: str, texts: dict[str, str], doubt: str | None, problems: dict[str, str]
-) -> TestFacts | None:
-    """Read what the form says of one record; what is wrong with it goes among the problems."""
-    try:
-        facts = read_facts({name: texts.get(f"{uid}-{name}", "") for name in _FIELDS})
-    except BadInputError as error:
-        problems[uid] = str(error)
-        return None
-    if doubt and f"{uid}-sure" not in texts:
-        problems[uid] = f"{doubt} Tick the box if it is, or discard the record."
-        return None
-    return facts
+def _words_of_accepted(count: int, left: Sequence[TestRow]) -> str:
+    words = f"Accepted: {counted(count, 'record')}; the job that is under way brings the results "
+    words += "up to date."
+    if left:
+        words += f" Not accepted: {listed([test.file_name for test in left])}, for what is said "
+        words += "below. What stands in the fields is kept."
+    return words
 
 
 def _discard(
