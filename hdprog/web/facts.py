@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from datetime import date
+from datetime import date, timedelta
 from typing import Annotated
 
 from fastapi import Form
 
 from hdprog.data.tests_table import RANGES
 from hdprog.errors import BadInputError
+from hdprog.store.tables.base import now
 from hdprog.store.uploads import TestFacts
 from hdprog.web.numbers import number_of
+
+_AHEAD = timedelta(days=1)  # of the server's day in UTC: a zone east of it, a clock that is fast
 
 
 def facts_of_form(
@@ -104,7 +107,7 @@ def _day(text: str) -> date | None:
     if not text:
         return None
     try:
-        return date.fromisoformat(text)
+        day = date.fromisoformat(text)
     except ValueError:
         raise BadInputError(
             f"date = {text[:40]!r}",
@@ -112,3 +115,13 @@ def _day(text: str) -> date | None:
             "a day in ISO 8601, like 2026-03-09",
             "Write year, month and day in this order.",
         ) from None
+    today = now().date()
+    if day > today + _AHEAD:
+        raise BadInputError(
+            f"date = {day}, a day to come",
+            "field date",
+            f"the day on which the test was made, {today} at the latest",
+            "Correct it. If it is right, the server's clock is slow: leave the field empty, and "
+            "tell whoever runs the server.",
+        )
+    return day

@@ -120,6 +120,7 @@ def test_a_record_that_cannot_be_read_is_refused_as_check_does(
         ({"service_hours": "1e400"}, "service_hours"),
         ({"event": "greased"}, "the event 'greased'"),
         ({"date": "3/9/2026"}, "date = '3/9/2026'"),
+        ({"date": "9999-12-31"}, "a day to come"),
         ({"temperature_C": "-300"}, "temperature_C"),
         ({"temperature_C": "298.15"}, "from -100 to 200"),
         ({"test_id": "../t"}, "test_id"),

@@ -1,0 +1,27 @@
+"""What is said of a test: a day that has not come is none on which it was made."""
+
+from __future__ import annotations
+
+from datetime import UTC, date, datetime
+
+import pytest
+
+from hdprog.errors import BadInputError
+from hdprog.web import facts
+
+
+@pytest.fixture(autouse=True)
+def late_in_the_year(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(facts, "now", lambda: datetime(2026, 12, 31, 23, 30, tzinfo=UTC))
+
+
+@pytest.mark.parametrize("day", ["2026-12-31", "2027-01-01"])  # the second is today in the east
+def test_a_day_that_has_come_somewhere_is_taken(day: str) -> None:
+    read = facts.read_facts({"service_hours": "1", "date": day})
+    assert read.tested_on == date.fromisoformat(day)
+
+
+@pytest.mark.parametrize("day", ["2027-01-02", "2062-03-09", "9999-12-31"])
+def test_a_day_to_come_is_refused(day: str) -> None:
+    with pytest.raises(BadInputError, match=f"found date = {day}, a day to come; expected .* 2026"):
+        facts.read_facts({"service_hours": "1", "date": day})
