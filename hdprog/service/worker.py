@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import os
+import signal
 import threading
 import time
 from collections.abc import Callable
@@ -65,7 +66,8 @@ def work(settings: WorkerSettings, stop: threading.Event) -> None:
     with taken_slot(places) as (name, hold):
         DBOS(config=configuration(store.database.url, name))
 
-        @DBOS.workflow(name=WORKFLOW)
+        # The store counts how often a job is begun: pages show what it holds.
+        @DBOS.workflow(name=WORKFLOW, max_recovery_attempts=None)
         def analyse(job_id: str) -> str:
             return _run_next(store, settings, job_id, stop)
 
@@ -148,14 +150,20 @@ def _run_next(store: Store, settings: WorkerSettings, entry: str, stop: threadin
         if stop.is_set():
             raise _InterruptedError
 
-    def start() -> tuple[str, int] | None:
+    def start() -> tuple[str, int] | str:
         with store.writing() as session:
             job = jobs.next_job(session, entry)
-            return None if job is None else (job.id, jobs.start(session, job))
+            if job is None:
+                return "none open"  # cancelled, or done together with an earlier one
+            number = jobs.start(session, job)
+            if job.lost >= jobs.MOST_LOST:
+                jobs.fail(session, job, number, _LOST)
+                return "failed"
+            return job.id, number
 
     started = patiently(start, go_on)
-    if started is None:
-        return "none open"  # cancelled, or done together with an earlier one
+    if isinstance(started, str):
+        return started
     job_id, attempt = started
 
     def is_wanted() -> bool:
@@ -169,24 +177,43 @@ def _run_next(store: Store, settings: WorkerSettings, entry: str, stop: threadin
             if job is not None:
                 jobs.fail(session, job, attempt, words)
 
+    def set_back() -> None:
+        with suppress(DBAPIError), store.writing() as session:
+            job = jobs.find_job(session, job_id)
+            if job is not None:
+                jobs.set_back(session, job, attempt)
+
     log.info("job %s, attempt %d", job_id, attempt)
     try:
         with JobProcess(settings, job_id, attempt) as process:
             while process.wait(_LOOK_SECONDS) is None:
                 if not patiently(is_wanted, go_on):
                     return "cancelled"
+        if process.code != 0:
+            patiently(partial(fail, _words(process.code)), go_on)
+            return "failed"
     except OSError as error:
         patiently(partial(fail, _NOT_STARTED.format(error)), go_on)
         return "failed"
-    if process.code != 0:
-        patiently(partial(fail, _words(process.code)), go_on)
-        return "failed"
+    except _InterruptedError:
+        # systemd may end a service of which the machine killed a process for want of memory: that
+        # is counted as a worker lost.
+        if process.code != -signal.SIGKILL:
+            set_back()
+        raise
     return "done"
 
 
 _NOT_STARTED = (
     "No process could be started for this job ({}), most often for want of memory or of processes "
     "of the machine. Start the job again."
+)
+
+
+_LOST = (
+    f"The worker of this job was killed {jobs.MOST_LOST} times before the job was done, most often "
+    "for want of memory. Give the machine more memory, or remove the drive's longest record and "
+    "upload a shorter one; then start the job again. The machine's log says what ended the worker."
 )
 
 

@@ -13,6 +13,8 @@ from hdprog.store.tables import DriveRow, FitRow, JobRow, TestRow
 from hdprog.store.tables.base import now
 
 OPEN = ("queued", "running")
+MOST_LOST = 3
+"""Workers that a job may cost: one that takes the machine's memory would be begun without end."""
 
 
 def add_job(session: Session, actor: Actor, drive: DriveRow, test: TestRow | None) -> JobRow:
@@ -85,7 +87,11 @@ def open_jobs(session: Session) -> int:
 
 
 def start(session: Session, job: JobRow) -> int:
-    """Note that a worker took a job up, and give the number of this attempt."""
+    """Note that a worker took a job up, and give the number of this attempt.
+
+    A job that is under way still has lost the worker that it had.
+    """
+    job.lost += job.state == "running"
     job.state, job.stage, job.progress, job.error = "running", "starting", 0.0, None
     job.started_at, job.finished_at = now(), None
     job.attempt += 1
@@ -98,6 +104,13 @@ def advance(session: Session, job: JobRow, attempt: int, stage: str, progress: f
         return False
     job.stage, job.progress = stage, min(max(progress, job.progress), 1.0)
     return True
+
+
+def set_back(session: Session, job: JobRow, attempt: int) -> None:
+    """Let a job wait again whose worker was told to stop."""
+    if job.state == "running" and job.attempt == attempt:
+        job.state, job.stage = "queued", "waiting"
+        job.progress, job.started_at = 0.0, None
 
 
 def finish(session: Session, job: JobRow, attempt: int, analysis: str | None) -> bool:
@@ -158,6 +171,7 @@ def reopen(session: Session, actor: Actor, job: JobRow) -> bool:
         return False
     job.state, job.stage, job.cancelled, job.error = "queued", "waiting", False, None
     job.progress, job.started_at, job.finished_at = 0.0, None, None
+    job.lost = 0
     job.created_at = now()  # it goes to the end of the queue, and says how many are before it
     note(session, actor, "job started again", job.drive.name, job=job.id)
     return True

@@ -200,8 +200,10 @@ def test_a_stopped_worker_gives_its_job_back(
     workers.append(Worker(store, hold))
     wait_for(lambda: job(store, number).state == "running")
     workers[0].stop()
+    assert job(store, number).state == "queued"
     workers.append(Worker(store))
     wait_for(lambda: job(store, number).state == "done")
+    assert job(store, number).lost == 0
 
 
 def test_cancelling_ends_the_work_and_retrying_does_it(
@@ -283,3 +285,57 @@ def test_a_job_whose_process_cannot_be_started_fails_in_words(
     found = job(sqlite_store, number)
     assert found.state == "failed"
     assert "No process could be started" in (found.error or "")
+
+
+def test_a_job_that_kills_its_workers_is_begun_three_times(store: Store, queue: Queue) -> None:
+    """It had been begun a hundred times where the machine lacked memory, and then never ended."""
+    number = ask(store, queue, "a", b"1", 5.0)
+    for lost in range(jobs.MOST_LOST):
+        with store.writing() as session:
+            killed = session.get_one(JobRow, number)
+            jobs.start(session, killed)
+            assert killed.lost == lost
+    settings = worker.WorkerSettings(store.files.root, store.database.url, 1)
+    assert worker._run_next(store, settings, number, threading.Event()) == "failed"
+    found = job(store, number)
+    assert found.state == "failed"
+    assert "was killed 3 times" in (found.error or "")
+    with store.writing() as session:
+        again = session.get_one(JobRow, number)
+        assert jobs.reopen(session, COMMAND_LINE, again)
+        for _ in range(5):  # a worker that is told to stop is not killed
+            jobs.set_back(session, again, jobs.start(session, again))
+        assert (again.state, again.lost) == ("queued", 0)
+
+
+@pytest.mark.parametrize(
+    ("code", "state"), [(-signal.SIGTERM, "queued"), (-signal.SIGKILL, "running")]
+)
+def test_a_job_that_the_machine_killed_counts_though_its_worker_is_told_to_stop(
+    sqlite_store: Store,
+    sqlite_queue: Queue,
+    monkeypatch: pytest.MonkeyPatch,
+    code: int,
+    state: str,
+) -> None:
+    """So systemd ends a service for want of memory: it was begun again without end."""
+    stop = threading.Event()
+
+    class Ended(worker.JobProcess):
+        def __enter__(self) -> Ended:
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            pass
+
+        def wait(self, _: float) -> int:
+            stop.set()
+            self.code = code
+            return code
+
+    number = ask(sqlite_store, sqlite_queue, "a", b"1", 5.0)
+    monkeypatch.setattr(worker, "JobProcess", Ended)
+    settings = worker.WorkerSettings(sqlite_store.files.root, None, 1)
+    with pytest.raises(worker._InterruptedError):
+        worker._run_next(sqlite_store, settings, number, stop)
+    assert job(sqlite_store, number).state == state

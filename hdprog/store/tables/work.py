@@ -15,7 +15,8 @@ class JobRow(Base):
     """An analysis that was asked for.
 
     `attempt` counts the workers that took it up: one that comes back late, after another took
-    its place, no longer has the right to write.
+    its place, no longer has the right to write. `lost` counts those that were killed at it, since
+    a person last asked for it.
     """
 
     __tablename__ = "jobs"
@@ -33,6 +34,7 @@ class JobRow(Base):
     progress: Mapped[float] = mapped_column(default=0.0)
     error: Mapped[str | None]
     attempt: Mapped[int] = mapped_column(default=0)
+    lost: Mapped[int] = mapped_column(default=0)
     created_at: Mapped[datetime] = mapped_column(default=now)
     created_by: Mapped[Name]
     started_at: Mapped[datetime | None]
