@@ -241,6 +241,15 @@ def find_test(session: Session, name: str) -> TestRow | None:
     return session.scalar(select(TestRow).where(TestRow.uid == name))
 
 
+def hold_drive_of(session: Session, name: str) -> None:
+    """Have others who change a test's drive wait until this change is done.
+
+    For before the test is read: what was read earlier may be out of date by then.
+    """
+    drive = select(TestRow.drive_id).where(TestRow.uid == name).scalar_subquery()
+    session.execute(select(DriveRow.id).where(DriveRow.id == drive).with_for_update())
+
+
 def find_record(session: Session, drive: DriveRow, sha256: str) -> TestRow | None:
     """Find the test of a drive that a record is."""
     return session.scalar(

@@ -7,7 +7,7 @@ from sqlalchemy.orm import Session
 from hdprog.store.drives import find_drive
 from hdprog.store.jobs import find_job
 from hdprog.store.tables import DriveRow, JobRow, TestRow
-from hdprog.store.uploads import find_test
+from hdprog.store.uploads import find_test, hold_drive_of
 
 
 class UnknownError(Exception):
@@ -64,6 +64,18 @@ def test_named(session: Session, name: str) -> TestRow:
             f"test: found no test {name!r}; expected one of a drive's page. Look it up there."
         )
     return test
+
+
+def test_to_change(session: Session, name: str) -> TestRow:
+    """Find a test; others who change its drive wait until this change is done.
+
+    Raises
+    ------
+    UnknownError
+        where there is none
+    """
+    hold_drive_of(session, name)
+    return test_named(session, name)
 
 
 def job_numbered(session: Session, number: str) -> JobRow:

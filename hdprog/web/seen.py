@@ -12,16 +12,20 @@ def seen(shown: object) -> str:
     return hashlib.sha256(repr(shown).encode()).hexdigest()[:16]
 
 
+class UnseenError(BadInputError):
+    """A form showed something else than there is now."""
+
+
 def refuse_unseen(told: str, shown: object) -> None:
     """Refuse a form that showed something else than there is now; one that does not say is taken.
 
     Raises
     ------
-    BadInputError
+    UnseenError
         in words for who sent it
     """
     if told and told != seen(shown):
-        raise BadInputError(
+        raise UnseenError(
             "a page that was opened before somebody else changed this",
             "form",
             "one that shows what holds now",

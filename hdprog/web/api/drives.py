@@ -61,7 +61,7 @@ def declare_drive(
     service = service_of(request)
     afterwards.add_task(service.read_anew, drive_id)
     with service.store.writing() as session:
-        drive = drive_named(session, drive_id)
+        drive = drive_named(session, drive_id, alone=True)
         change_drive(session, who.actor, drive, content.declared)
         if drive.tests:
             service.ask(session, who.actor, drive, None)

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import tomli_w
 from fastapi import APIRouter, Depends, Form, Request
 from starlette.background import BackgroundTask
+from starlette.concurrency import run_in_threadpool
 from starlette.responses import RedirectResponse, Response
 
 from hdprog.errors import BadInputError
@@ -17,7 +18,7 @@ from hdprog.web.lookup import drive_named
 from hdprog.web.names import DriveName
 from hdprog.web.rendering import render
 from hdprog.web.security.identity import Engineer, Identity, form_of_ours
-from hdprog.web.seen import refuse_unseen, seen
+from hdprog.web.seen import UnseenError, refuse_unseen, seen
 from hdprog.web.service import service_of
 
 router = APIRouter()
@@ -26,28 +27,14 @@ router = APIRouter()
 @router.get("/drives/{drive_id}/settings")
 def settings_page(request: Request, who: Engineer, drive_id: DriveName) -> Response:
     """Show what is declared."""
-    with service_of(request).store.reading() as session:
-        content = content_of(drive_named(session, drive_id))
-    return _page(request, who, drive_id, fields_of(content), tomli_w.dumps(content), [])
+    return _page_of_now(request, who, drive_id)
 
 
 @router.post("/drives/{drive_id}/settings", dependencies=[Depends(form_of_ours)])
 async def change(request: Request, who: Engineer, drive_id: DriveName) -> Response:
     """Declare the drive anew, by the form's fields."""
     fields = {name: str(value) for name, value in (await request.form()).items()}
-    fields["id"] = drive_id
-    with service_of(request).store.reading() as session:
-        before = content_of(drive_named(session, drive_id))
-    told = fields.pop("seen", "")
-    try:
-        refuse_unseen(told, before)
-    except BadInputError as error:
-        return _page(request, who, drive_id, fields_of(before), tomli_w.dumps(before), [str(error)])
-    try:
-        return _changed(request, who, drive_id, content_of_form(fields, before), told)
-    except BadInputError as error:
-        kept = fields_of({}) | fields
-        return _page(request, who, drive_id, kept, tomli_w.dumps(before), [str(error)])
+    return await run_in_threadpool(_change, request, who, drive_id, fields | {"id": drive_id})
 
 
 @router.post("/drives/{drive_id}/settings/toml", dependencies=[Depends(form_of_ours)])
@@ -66,11 +53,24 @@ def change_toml(
             f"drive.toml: found text that is not valid TOML ({error}); expected a drive's file. "
             "Correct that place; text values need quotation marks."
         )
+    except UnseenError as error:
+        return _page_of_now(request, who, drive_id, error)
     except BadInputError as error:
         problem = str(error)
-    with service_of(request).store.reading() as session:
-        before = content_of(drive_named(session, drive_id))
-    return _page(request, who, drive_id, fields_of(before), text, [problem])
+    return _page(request, who, drive_id, fields_of(_content(request, drive_id)), text, [problem])
+
+
+def _change(request: Request, who: Identity, drive_id: str, fields: dict[str, str]) -> Response:
+    told = fields.pop("seen", "")
+    before = _content(request, drive_id)
+    try:
+        refuse_unseen(told, before)
+        return _changed(request, who, drive_id, content_of_form(fields, before), told)
+    except UnseenError as error:
+        return _page_of_now(request, who, drive_id, error)
+    except BadInputError as error:
+        kept = fields_of({}) | fields
+        return _page(request, who, drive_id, kept, tomli_w.dumps(before), [str(error)])
 
 
 def _changed(
@@ -78,13 +78,26 @@ def _changed(
 ) -> Response:
     service = service_of(request)
     with service.store.writing() as session:
-        drive = drive_named(session, name)
+        drive = drive_named(session, name, alone=True)
         refuse_unseen(told, content_of(drive))
         change_drive(session, who.actor, drive, content)
         if drive.tests:
             service.ask(session, who.actor, drive, None)
     afterwards = BackgroundTask(service.read_anew, name)  # many records take their time
     return RedirectResponse(f"/drives/{name}?said=saved", 303, background=afterwards)
+
+
+def _content(request: Request, name: str) -> dict[str, Any]:
+    with service_of(request).store.reading() as session:
+        return content_of(drive_named(session, name))
+
+
+def _page_of_now(
+    request: Request, who: Identity, name: str, problem: UnseenError | None = None
+) -> Response:
+    content = _content(request, name)
+    problems = [] if problem is None else [str(problem)]
+    return _page(request, who, name, fields_of(content), tomli_w.dumps(content), problems)
 
 
 def _page(
@@ -95,8 +108,7 @@ def _page(
     text: str,
     problems: list[str],
 ) -> Response:
-    with service_of(request).store.reading() as session:
-        shown = seen(content_of(drive_named(session, name)))
+    shown = seen(_content(request, name))
     context = context_of(fields) | {
         "name": name,
         "text": text,

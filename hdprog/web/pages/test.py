@@ -12,7 +12,7 @@ from hdprog.store.drives import content_of
 from hdprog.store.readings import is_current
 from hdprog.store.uploads import accept, facts_of, remove
 from hdprog.web.facts import read_facts
-from hdprog.web.lookup import test_named
+from hdprog.web.lookup import test_named, test_to_change
 from hdprog.web.names import TestName
 from hdprog.web.rendering import render
 from hdprog.web.security.identity import Engineer, Identity, Viewer, form_of_ours
@@ -52,7 +52,7 @@ def _change(request: Request, who: Identity, test_id: str, texts: dict[str, str]
     try:
         facts = None if "remove" in texts else read_facts(texts)
         with service.store.writing() as session:
-            test = test_named(session, test_id)
+            test = test_to_change(session, test_id)
             drive = test.drive
             other = _NOT_ACCEPTED.get(test.state)
             if other is None:

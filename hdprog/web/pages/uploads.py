@@ -115,7 +115,7 @@ def _accept(request: Request, who: Identity, drive_id: str, form: FormData) -> R
     left: list[TestRow] = []
     job_ids: list[str] = []
     with service.store.writing() as session:
-        drive = drive_named(session, drive_id)
+        drive = drive_named(session, drive_id, alone=True)
         content = content_of(drive)
         gone = _no_longer_waiting(session, drive, texts)
         for test in list_tests(session, drive, "preview"):
@@ -196,7 +196,7 @@ def _discard(
 ) -> Response:
     service = service_of(request)
     with service.store.writing() as session:
-        drive = drive_named(session, drive_id)
+        drive = drive_named(session, drive_id, alone=True)
         test = find_test(session, uid)
         gone = _no_longer_waiting(session, drive, {"discard": uid})
         if test is not None and test.drive_id == drive.id and test.state == "preview":
