@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Query, Request
+from starlette.concurrency import run_in_threadpool
 from starlette.responses import RedirectResponse, Response
 
 from hdprog.errors import BadInputError
@@ -14,7 +15,7 @@ from hdprog.inference.prior_file import name_of_model, read_prior_file
 from hdprog.store.drives import add_drive
 from hdprog.web.drive_form import content_of_form, context_of, fields_of
 from hdprog.web.rendering import render
-from hdprog.web.security.identity import Engineer, form_of_ours
+from hdprog.web.security.identity import Engineer, Identity, form_of_ours
 from hdprog.web.service import service_of
 
 router = APIRouter()
@@ -49,6 +50,10 @@ def pick_page(
 async def make(request: Request, who: Engineer) -> Response:
     """Make a drive of the form."""
     fields = {name: str(value) for name, value in (await request.form()).items()}
+    return await run_in_threadpool(_make, request, who, fields)
+
+
+def _make(request: Request, who: Identity, fields: dict[str, str]) -> Response:
     try:
         content = content_of_form(fields)
         with service_of(request).store.writing() as session:
@@ -61,7 +66,7 @@ async def make(request: Request, who: Engineer) -> Response:
 
 def _page(
     request: Request,
-    who: Any,
+    who: Identity,
     fields: dict[str, str],
     problems: list[str],
     picked: CatalogueGear | None,
