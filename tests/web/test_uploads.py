@@ -158,11 +158,17 @@ def test_what_others_did_meanwhile_is_said_and_not_undone(
     assert "900" in page
     shown = page.split('name="seen" value="')[1].split('"')[0]
     corrected = {"csrf": form, "seen": shown, "service_hours": "1500", "note": "by the first"}
+    mistyped = client.post(f"/tests/{uid}", data={**corrected, "temperature_C": "warm"})
+    assert mistyped.status_code == 422
+    for typed in ("1500", "by the first", "warm"):  # nothing of it has to be typed again
+        assert f'value="{typed}"' in mistyped.text
     assert client.post(f"/tests/{uid}", data=corrected).status_code == 200
     late = {"csrf": form, "seen": shown, "service_hours": "900", "temperature_C": "25"}
     answer = client.post(f"/tests/{uid}", data=late)
     assert answer.status_code == 422
     assert "opened before somebody else changed this" in answer.text
+    mistyped = client.post(f"/tests/{uid}", data={**late, "temperature_C": "warm"})
+    assert f'name="seen" value="{shown}"' in mistyped.text  # still out of date
     with service_in(client).store.reading() as session:
         test = find_test(session, uid)
         assert test is not None

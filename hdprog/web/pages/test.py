@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 from fastapi import APIRouter, Depends, Request
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import RedirectResponse, Response
@@ -16,7 +19,7 @@ from hdprog.web.lookup import test_named, test_to_change
 from hdprog.web.names import TestName
 from hdprog.web.rendering import render
 from hdprog.web.security.identity import Engineer, Identity, Viewer, form_of_ours
-from hdprog.web.seen import refuse_unseen, seen
+from hdprog.web.seen import UnseenError, refuse_unseen, seen
 from hdprog.web.service import service_of
 
 router = APIRouter()
@@ -62,16 +65,25 @@ def _change(request: Request, who: Identity, test_id: str, texts: dict[str, str]
                 else:
                     accept(session, who.actor, test, facts)
                 job = service.ask(session, who.actor, drive, None)
-    except BadInputError as error:
+    except UnseenError as error:
         return _page(request, who, test_id, str(error))
+    except BadInputError as error:
+        return _page(request, who, test_id, str(error), texts=texts)
     if other is not None:
         return _page(request, who, test_id, other, 409)
     return RedirectResponse(f"/jobs/{job.id}?said=saved", 303)
 
 
 def _page(
-    request: Request, who: Identity, test_id: str, problem: str | None, status: int = 422
+    request: Request,
+    who: Identity,
+    test_id: str,
+    problem: str | None,
+    status: int = 422,
+    *,
+    texts: Mapping[str, str] = MappingProxyType({}),
 ) -> Response:
+    """Show a test; `texts` stand in the fields of its form in place of what holds."""
     service = service_of(request)
     with service.store.reading() as session:
         test = test_named(session, test_id)
@@ -83,7 +95,8 @@ def _page(
             "fit": fit,
             "job": jobs.job_of_test(session, test),
             "problem": problem,
-            "seen": seen(facts_of(test)),
+            "texts": texts,
+            "seen": texts.get("seen") or seen(facts_of(test)),
             "stale": not is_current(test.quality, content_of(drive)),
             "has_picture": service.store.files.find_picture(test.sha256, drive.id) is not None,
         }
