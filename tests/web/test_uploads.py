@@ -186,8 +186,11 @@ def test_a_settings_page_that_is_out_of_date_changes_nothing(person: ClientOf) -
     late = client.post(at, data={**both, "forecast_next_shutdown_hours": "500"})
     assert late.status_code == 422
     assert "opened before somebody else changed this" in late.text
-    text = client.post(f"{at}/toml", data={**both, "text": '[drive]\nid = "stale"\n'})
-    assert text.status_code == 422
+    for text in ('[drive]\nid = "stale"\n', "[drive"):
+        answer = client.post(f"{at}/toml", data={**both, "text": text})
+        assert answer.status_code == 422
+        assert "opened before somebody else changed this" in answer.text
+        assert "rated_torque_Nm = 63.0" in answer.text
     assert 'value="63' in client.get(at).text
 
 

@@ -46,7 +46,9 @@ def change_toml(
     told: Annotated[str, Form(alias="seen")] = "",
 ) -> Response:
     """Declare the drive anew, by the text of a drive.toml."""
+    before = _content(request, drive_id)
     try:
+        refuse_unseen(told, before)  # first: a page that says what is wrong is one of now
         return _changed(request, who, drive_id, tomllib.loads(text.replace("\r\n", "\n")), told)
     except tomllib.TOMLDecodeError as error:
         problem = (
@@ -57,7 +59,7 @@ def change_toml(
         return _page_of_now(request, who, drive_id, error)
     except BadInputError as error:
         problem = str(error)
-    return _page(request, who, drive_id, fields_of(_content(request, drive_id)), text, [problem])
+    return _page(request, who, drive_id, fields_of(before), text, [problem])
 
 
 def _change(request: Request, who: Identity, drive_id: str, fields: dict[str, str]) -> Response:
