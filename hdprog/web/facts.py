@@ -15,6 +15,7 @@ from hdprog.store.tables.base import now
 from hdprog.store.uploads import TestFacts
 from hdprog.web.numbers import number_of
 
+_MOST_NOTE = 2000  # characters
 _AHEAD = timedelta(days=1)  # of the server's day in UTC: a zone east of it, a clock that is fast
 
 
@@ -28,7 +29,7 @@ def facts_of_form(
     test_id: Annotated[str, Form(description="Name in the drive; made where it is empty.")] = "",
     date: Annotated[str, Form(description="Day of the test, as 2026-03-09.")] = "",
     temperature_C: Annotated[str, Form(description="Temperature of the drive.")] = "",
-    note: Annotated[str, Form(max_length=2000)] = "",
+    note: Annotated[str, Form(max_length=_MOST_NOTE)] = "",
     mean_torque_Nm: Annotated[str, Form(description="Load since the test before.")] = "",
     mean_speed_rpm: Annotated[str, Form(description="Speed since the test before.")] = "",
 ) -> TestFacts:
@@ -75,13 +76,24 @@ def read_facts(texts: Mapping[str, str]) -> TestFacts:
         label=given.get("test_id") or None,
         tested_on=_day(given.get("date", "")),
         temperature_C=_number(given, "temperature_C"),
-        note=given.get("note") or None,
+        note=_note(given.get("note", "")),
         event=given.get("event") or None,
         mean_torque_Nm=_number(given, "mean_torque_Nm"),
         mean_speed_rpm=_number(given, "mean_speed_rpm"),
     )
     facts.check()
     return facts
+
+
+def _note(text: str) -> str | None:
+    if len(text) > _MOST_NOTE:
+        raise BadInputError(
+            f"a note of {len(text)} characters",
+            "field note",
+            f"{_MOST_NOTE} at most",
+            "Shorten it; what is longer belongs beside the record.",
+        )
+    return text or None
 
 
 def _number(given: Mapping[str, str], name: str) -> float | None:

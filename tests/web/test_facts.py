@@ -1,4 +1,4 @@
-"""What is said of a test: a day that has not come is none on which it was made."""
+"""What is said of a test on a page: what cannot be is refused in words."""
 
 from __future__ import annotations
 
@@ -25,3 +25,10 @@ def test_a_day_that_has_come_somewhere_is_taken(day: str) -> None:
 def test_a_day_to_come_is_refused(day: str) -> None:
     with pytest.raises(BadInputError, match=f"found date = {day}, a day to come; expected .* 2026"):
         facts.read_facts({"service_hours": "1", "date": day})
+
+
+def test_a_note_is_no_longer_than_its_field_takes() -> None:
+    read = facts.read_facts({"service_hours": "1", "note": "a" * 2000})
+    assert read.note == "a" * 2000
+    with pytest.raises(BadInputError, match="found a note of 2001 characters"):
+        facts.read_facts({"service_hours": "1", "note": "a" * 2001})
