@@ -212,7 +212,7 @@ def test_a_missing_temperature_does_not_mislead() -> None:
 
 def test_equal_temperatures_leave_every_number_as_it_is() -> None:
     """Bit for bit, through fit, paths, tests and summary."""
-    none, same = fitted((None,) * 3), fitted((21.0,) * 3)
+    none, same = fitted((None,) * 2), fitted((21.0,) * 2)
     assert np.array_equal(none.draws.chains, same.draws.chains)
     later = np.array([2500.0, 4000.0])
     first, second = (

@@ -20,7 +20,6 @@ TESTS = ["t01", "t04", "t06"]
 @pytest.mark.parametrize(
     ("name", "verdict", "origins"),
     [
-        ("one-effect", "explained", {"creep": "rig"}),
         ("two-effects", "explained", {"kinematic_error": "rig", "thermal_drift": "rig"}),
         ("on-no-list", "unexplained", {"unknown": "rig"}),
     ],
