@@ -19,9 +19,10 @@ if TYPE_CHECKING:
     from hdprog.outcome import Outcome
 
 
-# The JSON beside a report.html tells what was reported, and which commands write the two.
-_DOCUMENTS = {
-    "summary.json": "`hdprog run`, `fit` or `explain`",
+# What lies beside a report.html tells what was reported, and which commands write the two.
+_BESIDE = {
+    "posteriors": "`hdprog run` or `explain` of a drive",
+    "posterior.nc": "`hdprog fit` or `explain` of a record",
     "compare.json": "`hdprog compare`",
     "backtest.json": "`hdprog backtest`",
     "reproduction.json": "`hdprog reproduce-paper`",
@@ -52,7 +53,7 @@ def command_line(ctx: typer.Context) -> str:
 
 
 def output_folder(
-    out: Path | None, name: str, document: str | None = None, *, pdf: bool = False
+    out: Path | None, name: str, beside: str | None = None, *, pdf: bool = False
 ) -> Path:
     """Settle where to write, and refuse before the work what could not be written after it.
 
@@ -62,8 +63,8 @@ def output_folder(
         The folder asked for; None for `./hdprog-NAME`.
     name : str
         Of the drive or loop, or of the command and it.
-    document : str or None
-        The JSON that is written beside report.html; None where there is no report.html.
+    beside : str or None
+        What is written beside report.html; None where there is no report.html.
     pdf : bool
         Whether a PDF is wanted.
 
@@ -91,19 +92,19 @@ def output_folder(
             f"--out: found the folder {there}, in which nothing can be written, expected one that "
             "can. Give another folder with --out DIR."
         )
-    if document is not None:
-        _require_no_other_report(folder, document)
+    if beside is not None:
+        _require_no_other_report(folder, beside)
     return folder
 
 
-def _require_no_other_report(folder: Path, document: str) -> None:
-    """Refuse to replace a report.html that belongs to another command's document."""
-    for other, commands in _DOCUMENTS.items():
-        if other != document and (folder / other).is_file():
+def _require_no_other_report(folder: Path, beside: str) -> None:
+    """Refuse to replace a report.html that belongs to results of another kind."""
+    for other, commands in _BESIDE.items():
+        if other != beside and (folder / other).exists():
             raise BadInputError(
                 f"the {other} of {commands}, whose report.html would be replaced",
                 f"--out {folder}",
-                f"a new folder, or one with earlier results of {_DOCUMENTS[document]}",
+                f"a new folder, or one with earlier results of {_BESIDE[beside]}",
                 "Give another folder with --out DIR.",
             )
 

@@ -32,7 +32,7 @@ def demo(
 
     The drive is a simulated one that is wearing out; its data travel with the program.
     """
-    folder = output_folder(out, DATASET, "summary.json", pdf=pdf)
+    folder = output_folder(out, DATASET, "posteriors", pdf=pdf)
     from hdprog import workflow
 
     with as_file(shipped("datasets") / DATASET) as drive_dir, progress(quiet=quiet) as report:

@@ -53,7 +53,7 @@ def explain(
         )
     units = wanted_units(angle_unit, torque_unit)
     name = record.resolve().name if of_drive else record_name(record.name)
-    folder = output_folder(out, name, "summary.json", pdf=pdf)
+    folder = output_folder(out, name, "posteriors" if of_drive else "posterior.nc", pdf=pdf)
     if of_drive:
         from hdprog import workflow
 

@@ -61,7 +61,7 @@ def fit(
     if method not in ("posterior", "paper"):
         raise UsageError(f"--method: found {method!r}, expected posterior or paper")
     units = wanted_units(angle_unit, torque_unit)
-    folder = output_folder(out, record_name(loop.name), "summary.json", pdf=pdf)
+    folder = output_folder(out, record_name(loop.name), "posterior.nc", pdf=pdf)
     record, settings = read_record(loop, drive, columns, select)
     from hdprog import workflow  # slow to import; a bad record is told before
 

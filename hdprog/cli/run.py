@@ -64,7 +64,7 @@ def run(
     and posteriors/*.nc.
     """
     units = wanted_units(angle_unit, torque_unit)
-    folder = output_folder(out, drive_dir.resolve().name, "summary.json", pdf=pdf)
+    folder = output_folder(out, drive_dir.resolve().name, "posteriors", pdf=pdf)
     from hdprog import workflow
 
     with progress(quiet=quiet) as report:

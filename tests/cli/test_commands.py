@@ -103,14 +103,15 @@ def test_records_with_dots_in_their_names_are_kept_apart(
 @pytest.mark.parametrize(
     ("command", "lies", "refused"),
     [
-        (("compare", "t01.csv"), "summary.json", True),
+        (("compare", "t01.csv"), "posteriors", True),
         (("compare", "t01.csv"), "compare.json", False),
         (("compare", "t01.csv"), "notes.json", False),
-        (("backtest", "drive"), "summary.json", True),
+        (("backtest", "drive"), "posteriors", True),
         (("reproduce-paper",), "compare.json", True),
         (("fit", "t01.csv"), "compare.json", True),
         (("run", "drive"), "backtest.json", True),
-        (("run", "drive"), "summary.json", False),
+        (("run", "drive"), "posteriors", False),
+        (("fit", "t01.csv"), "posteriors", True),
     ],
 )
 def test_the_report_of_another_command_is_not_replaced(
