@@ -9,6 +9,7 @@ import numpy as np
 
 from hdprog.reporting import outlook
 from hdprog.reporting.effect_words import traced_sentences
+from hdprog.reporting.fit_names import doubtful_without_effects
 from hdprog.reporting.left_out import left_out_sentences
 from hdprog.reporting.left_structure import structure_sentences
 from hdprog.reporting.present import against_limit, condition
@@ -25,7 +26,6 @@ from hdprog.reporting.trend_words import off_course
 from hdprog.reporting.words import (
     agree,
     capital,
-    counted,
     figure_interval,
     listed,
     quantity,
@@ -92,6 +92,12 @@ def _verdict(result: DriveResult) -> Verdict:
     sentences += left_out_sentences(result)
     if result.explanation is not None:
         sentences += traced_sentences(result.explanation)
+        alone = doubtful_without_effects(result)
+        if alone and result.explanation.effects:
+            sentences.append(
+                f"The drive model alone did not converge in {agree(len(alone), 'test', 'tests')} "
+                f"{listed(alone)}: what is said of it, without what was added, is provisional."
+            )
     sentences += structure_sentences(result)
     provisional = not result.converged
     label = _LABELS[status] + (" \u2013 provisional" if provisional else "")
@@ -104,7 +110,9 @@ def not_converged(result: DriveResult) -> str:
     parts = []
     if doubtful:
         fits = agree(len(doubtful), "the fit of test", "the fits of tests")
-        added = result.explanation is not None and result.explanation.effects
+        added = result.explanation is not None and any(
+            test.effects for test in result.tests if not test.converged
+        )
         beside = " with what was added" if added else ""
         parts.append(f"{fits} {listed(doubtful)}{beside}")
     if result.trend is not None and not result.trend.converged:
@@ -121,7 +129,8 @@ def _present(result: DriveResult) -> list[str]:
     test = result.tests[-1]
     sentences = [against_limit(test, limit) for limit in result.drive.limits]
     if not sentences:
-        sentences.append(condition(test))
+        which = "This test" if len(result.tests) == 1 else f"The last test, {test.test_id},"
+        sentences.append(condition(test, which))
         sentences.append("No limit is set for this drive, so that there is nothing to forecast.")
     else:
         sentences.append(
@@ -261,14 +270,18 @@ def _shutdown(result: DriveResult, main: Forecast) -> list[str]:
 
 def _carrier(result: DriveResult) -> str:
     fleet = None if result.trend is None else result.trend.fleet
-    return "the prior" if fleet is None else "the fleet"
+    carrier = "the prior" if fleet is None else "the fleet"
+    replaced = len(outlook.of_this_drive(result)) < len(result.tests)
+    return f"the drive before it and {carrier}" if replaced else carrier
 
 
 def _no_pace(result: DriveResult) -> str:
     """Too little to see wear in: said before anything that is forecast."""
-    seen = "There is one test only"
-    if len(result.tests) > 1:
-        seen = "All tests are at the same service hours"
+    own = len(outlook.of_this_drive(result))
+    since = "" if own == len(result.tests) else " since the drive was replaced"
+    seen = f"There is one test only{since}"
+    if own > 1:
+        seen = f"All tests{since} are at the same service hours"
     return f"{seen}: how fast this drive wears comes from {_carrier(result)}, not from the drive."
 
 
@@ -276,9 +289,10 @@ def _rests_on(result: DriveResult) -> list[str]:
     """Who carried the forecast, if not the drive's own tests, and which figures it misses."""
     carrier, said = _carrier(result), []
     if outlook.tested_at(result) == 2:
-        tests = counted(2, "test")
-        if len(result.tests) > 2:
-            tests = f"tests at {counted(2, 'service hour')}"
+        own = len(outlook.of_this_drive(result))
+        tests = "2 tests" if own == 2 else "tests at two different service hours"
+        if own < len(result.tests):
+            tests += " since the drive was replaced"
         said.append(
             f"With {tests} the pace of wear still leans on {carrier}: expect the interval to "
             "move with the next test."

@@ -179,12 +179,17 @@ def _warnings(trend: LinearisedTrend, met: Met, distance: float) -> tuple[str, .
     replaced = [at for at, test in enumerate(tests) if at and test.event == "replaced"]
     own = tests[max(replaced, default=0) :]  # of the drive that is there now
     seen = len({test.service_hours for test in own})
+    since = " since the drive was replaced" if replaced else ""
+    carrier = f"the drive before it and {carrier}" if replaced else carrier
     if seen == 1:
-        few = "There is one test only" if len(own) == 1 else "All tests are at the same hours"
+        few = f"There is one test only{since}"
+        if len(own) > 1:
+            few = f"All tests{since} are at the same hours"
         said.append(f"{few}: how fast the drive wears is told by {carrier}, not the drive.")
     elif seen < 4:
         few = f"{seen} tests" if len(own) == seen else f"tests at {seen} service hours"
-        said.append(f"There are {few} only: {carrier} carries much of the forecast.")
+        carry = "carry" if replaced else "carries"
+        said.append(f"There are {few} only{since}: {carrier} {carry} much of the forecast.")
     if replaced:
         said.append(
             "The drive was replaced: the state starts anew there; its pace and scatter are taken "

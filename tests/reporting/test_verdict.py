@@ -181,6 +181,22 @@ def test_two_tests_say_that_they_lean_on_the_prior() -> None:
     assert any("still leans on the prior" in sentence for sentence in sentences)
 
 
+@pytest.mark.parametrize(
+    ("since", "said"),
+    [
+        (1, "There is one test only since the drive was replaced: how fast this drive wears comes"),
+        (2, "With 2 tests since the drive was replaced the pace of wear still leans on"),
+    ],
+)
+def test_a_replaced_drive_is_told_by_its_own_tests(since: int, said: str) -> None:
+    result = drives.wearing(count=5)
+    tests = [replace(test, event=None) for test in result.tests]
+    tests[-since] = replace(tests[-since], event="replaced")
+    _, sentences = words(replace(result, tests=tuple(tests)))
+    (found,) = (one for one in sentences if one.startswith(said))
+    assert "the drive before it and the prior" in found
+
+
 @pytest.mark.parametrize("result", [drives.wearing(), drives.past_limit()])
 def test_a_trend_that_misses_a_limited_figure_is_said(result: DriveResult) -> None:
     assert result.trend is not None
@@ -297,7 +313,9 @@ def test_tests_at_one_service_hour_say_nothing_of_the_pace() -> None:
     )
     apart = (replace(together.tests[0], service_hours=0.0), *together.tests[1:])
     _, sentences = words(replace(result, tests=apart))
-    assert any(one.startswith("With tests at 2 service hours the pace") for one in sentences)
+    assert any(
+        one.startswith("With tests at two different service hours the pace") for one in sentences
+    )
 
 
 def test_what_may_be_passed_already_is_not_said_to_come() -> None:
