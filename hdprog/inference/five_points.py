@@ -128,10 +128,12 @@ def identify(
     choices += [_Choice(*pair, threshold) for pair in _OTHER_CHOICES]
     choices += [_Choice(_FOURTH, _FIFTH, factor * threshold) for factor in _OTHER_THRESHOLDS]
     solved: list[Solved] = []
+    told_by: list[_Choice] = []
     for choice in choices:
         near = [(found["mu"][0], found["c"][0] * found["T_i"][0]) for found, *_ in solved[:1]]
         if (answer := _searched(branches, choice, alpha, near or _FIRST_GUESSES)) is not None:
             solved.append(answer)
+            told_by.append(choice)
     if not solved:
         raise BadInputError(
             "five points that no parameters fit (29-34)",
@@ -154,7 +156,8 @@ def identify(
         other_choices=ranges,
         choices_tried=len(choices),
         choices_solved=len(solved),
-        threshold_read=threshold,
+        threshold_read=told_by[0].threshold,
+        by_rule=told_by[0] is choices[0],
         rmse_rad=error,
     )
 

@@ -129,6 +129,7 @@ class PaperIdentification:
     other_choices : least and largest value of each parameter over other choices of the points
     choices_tried, choices_solved : choices of points, and those that gave parameters at all
     threshold_read : torque in Nm where the loading branch was read to turn straight
+    by_rule : whether the rule's own points gave the parameters; else the first others that did
     rmse_rad : root of the criterion (37) over its points
     figures : figures of merit of these parameters by key
     """
@@ -139,6 +140,7 @@ class PaperIdentification:
     choices_tried: int
     choices_solved: int
     threshold_read: float
+    by_rule: bool
     rmse_rad: float
     figures: Mapping[str, float] = field(default_factory=dict)
 

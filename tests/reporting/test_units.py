@@ -114,6 +114,7 @@ def test_the_papers_own_numbers_are_converted_with_their_units() -> None:
         choices_tried=1,
         choices_solved=1,
         threshold_read=10.0,
+        by_rule=True,
         rmse_rad=1e-5,
         figures={"lost_motion_arcmin": test.figures["lost_motion_arcmin"][0.5]},
     )

@@ -58,6 +58,11 @@ def where_it_fails(test: TestResult) -> list[str]:
         f"{found.choices_solved} of {found.choices_tried} of which give an answer at all, lead to "
         "the values in the last column.",
     ]
+    if not found.by_rule:
+        said.append(
+            "The rule's own points give no answer on this record: the numbers are those of the "
+            "first other choice that does."
+        )
     missed = [name for name in NAMES if not _inside(test, name, found.parameters[name])]
     if missed:
         names = listed(parameter_name(name) for name in missed)
