@@ -132,7 +132,7 @@ def _day(text: str) -> date | None:
         raise BadInputError(
             f"date = {day}, a day to come",
             "field date",
-            f"the day on which the test was made, {today} at the latest",
+            f"the day on which the test was made, {today + _AHEAD} at the latest",
             "Correct it. If it is right, the server's clock is slow: leave the field empty, and "
             "tell whoever runs the server.",
         )

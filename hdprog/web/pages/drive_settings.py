@@ -59,7 +59,7 @@ def change_toml(
         return _page_of_now(request, who, drive_id, error)
     except BadInputError as error:
         problem = str(error)
-    return _page(request, who, drive_id, fields_of(before), text, [problem])
+    return _page(request, who, drive_id, before, fields_of(before), text, [problem])
 
 
 def _change(request: Request, who: Identity, drive_id: str, fields: dict[str, str]) -> Response:
@@ -72,7 +72,7 @@ def _change(request: Request, who: Identity, drive_id: str, fields: dict[str, st
         return _page_of_now(request, who, drive_id, error)
     except BadInputError as error:
         kept = fields_of({}) | fields
-        return _page(request, who, drive_id, kept, tomli_w.dumps(before), [str(error)])
+        return _page(request, who, drive_id, before, kept, tomli_w.dumps(before), [str(error)])
 
 
 def _changed(
@@ -99,22 +99,22 @@ def _page_of_now(
 ) -> Response:
     content = _content(request, name)
     problems = [] if problem is None else [str(problem)]
-    return _page(request, who, name, fields_of(content), tomli_w.dumps(content), problems)
+    return _page(request, who, name, content, fields_of(content), tomli_w.dumps(content), problems)
 
 
 def _page(
     request: Request,
     who: Identity,
     name: str,
+    content: dict[str, Any],
     fields: dict[str, str],
     text: str,
     problems: list[str],
 ) -> Response:
-    shown = seen(_content(request, name))
     context = context_of(fields) | {
         "name": name,
         "text": text,
         "problems": problems,
-        "seen": shown,
+        "seen": seen(content),
     }
     return render(request, "drive_settings.html", context, 422 if problems else 200, who=who)
