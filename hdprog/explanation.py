@@ -69,7 +69,8 @@ class FoundEffect:
     id : of an effect, or "unknown"
     words : what it is, in a few plain words
     coordinate : what an unknown term depends on; None for a mechanism
-    log_evidence_gain : log Bayes factor of the model with it over that without it
+    log_evidence_gain : log Bayes factor of the model with it over that without it; of an unknown
+        term less what its two numbers must earn
     elpd_gain, elpd_se : expected log predictive density gained, with its standard error
     share : of the base model's explainable error (mean square) that it carries
     parameters : physical values by name

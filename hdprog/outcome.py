@@ -220,6 +220,13 @@ class ExplainOutcome(Outcome):
         return self.result.explanation
 
     @property
+    def converged(self) -> bool:
+        """Whether every fit converged, those of the drive model alone among them."""
+        found = self.explanation
+        tests = found.tests if isinstance(found, DriveExplanation) else (found,)
+        return super().converged and all(test.converged for test in tests)
+
+    @property
     def verdict(self) -> str:
         """One of adequate, explained, partly_explained and unexplained."""
         return self.explanation.verdict

@@ -191,6 +191,8 @@ def remaining_cells(levels: Mapping[float, float | None]) -> tuple[str, str, str
 
 def remaining_words(levels: Mapping[float, float | None]) -> str:
     """Hours left between 5 and 95 %: "1 200 to 1 900 h", or "later than the horizon"."""
+    if levels.get(0.95) == 0.0:
+        return "none"
     early, _, late = remaining_cells(levels)
     if early == "later":
         return "later than the horizon"

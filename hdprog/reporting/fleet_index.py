@@ -47,6 +47,7 @@ def fleet_drive(folder: str, place: str, summary: Mapping[str, Any]) -> dict[str
         "rank_hours": entry.rank_hours,
         "tests": len(summary["tests"]),
         "now_hours": summary["tests"][-1]["service_hours"],
+        "horizon_hours": None if first is None else first["horizon_hours"],
         "inspect_before_hours": entry.inspect_before_hours,
         "next_test_hours": summary["next_test_hours"],
         "remaining_hours": dict(entry.remaining_hours),
@@ -106,7 +107,9 @@ def _row(drive: Mapping[str, Any]) -> dict[str, Any]:
     elif inspect is None:
         when = "not before the horizon"
     else:
-        when = inspect_words(inspect, drive["now_hours"], drive["remaining_hours"])
+        when = inspect_words(
+            inspect, drive["now_hours"], drive["remaining_hours"], drive["horizon_hours"]
+        )
     risk = drive["probability_crossed_by_shutdown"]
     now = drive["now_hours"]
     return {

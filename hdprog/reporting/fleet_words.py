@@ -21,7 +21,7 @@ UNTESTED = 5
 _RANKS = {"act": 0, "plan": 2, "present": 3, "good": 4}
 _DUE, _PASSED = 1, 0
 _SENTENCE_END = re.compile(r"(?<=[.!?]) (?=[A-Z])")
-_CAVEATS = ("Not converged", "The numbers below", "There is one test only")
+_CAVEATS = ("Not converged", "The numbers below", "There is one test only", "All tests ")
 
 
 @dataclass(frozen=True)

@@ -36,13 +36,17 @@ def interval_words(levels: Mapping[str, float | None], start: float = 0.0) -> st
     if low is None:
         return LATER
     if high is None or around is None:
-        return f"{hours(start + low)} to {LATER}"
+        return f"{hours(date_down(start + low, start, math.inf))} to {LATER}"
     early = without_unit(hours(date_down(start + low, start, around)))
     return f"{early} to {hours_up(start + high, around)}"
 
 
-def inspect_words(at: float | None, now: float, levels: Mapping[str, float | None]) -> str:
-    """Say by which service hour to inspect, rounded down, though not to before now."""
+def inspect_words(
+    at: float | None, now: float, levels: Mapping[str, float | None], horizon: float
+) -> str:
+    """Say by which service hour to inspect, rounded down as in the report, not to before now."""
     if at is None:
         return LATER
-    return hours(date_down(at, now, spread(levels) or math.inf))
+    low, high = levels.get("q05"), levels.get("q95")
+    around = (horizon - now if high is None else high) - (0.0 if low is None else low)
+    return hours(date_down(at, now, max(around / 2.0, 1.0)))

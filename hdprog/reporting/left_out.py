@@ -51,6 +51,7 @@ def _left_out(result: DriveResult) -> dict[str, Origin | None]:
         name: origin
         for name, origin in found.items()
         if name != UNKNOWN
+        and name in result.tests[-1].effects
         and BY_ID[name].lasting
         and BY_ID[name].static
         and name not in followed

@@ -25,7 +25,7 @@ def value_words(levels: Mapping[float, float], key: str) -> str:
     return f"{with_unit(middle, quantity(key).unit)} (90 %: {low} to {high})"
 
 
-def condition(test: TestResult) -> str:
+def condition(test: TestResult, which: str) -> str:
     """Say the most telling figures of a test in one sentence."""
     chosen = [key for key in test.figures if key.partition("@")[0] in _TOLD]
     if not chosen:
@@ -33,7 +33,7 @@ def condition(test: TestResult) -> str:
     parts = [
         f"a {quantity(key).name} of {value_words(test.figures[key], key)}" for key in chosen[:4]
     ]
-    return f"This test shows {listed(parts)}."
+    return f"{which} shows {listed(parts)}."
 
 
 def against_limit(test: TestResult, limit: Limit) -> str:

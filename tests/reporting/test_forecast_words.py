@@ -7,8 +7,8 @@ import pytest
 
 from hdprog.reporting import outlook
 from hdprog.reporting.effect_words import remaining_cells
-from hdprog.reporting.forecast_words import interval_words, middle_words
-from hdprog.reporting.rounding import THIN_SPACE, hours
+from hdprog.reporting.forecast_words import inspect_words, interval_words, middle_words
+from hdprog.reporting.rounding import THIN_SPACE, date_down, hours
 from tests.reporting.drives import LOST_MOTION, forecast_of
 
 NOW = 900.0
@@ -42,6 +42,22 @@ def test_an_interval_does_not_begin_before_now() -> None:
     levels = {"q05": 60.0, "q50": 900.0, "q95": 12_000.0}
     early, _ = interval_words(levels, 1450.0).split(" to ")
     assert 1450.0 <= number(early) <= 1510.0
+
+
+def test_an_interval_without_a_late_end_begins_no_later_than_it_does() -> None:
+    early, _ = interval_words({"q05": 9437.6, "q50": None, "q95": None}, 1000.0).split(" to ")
+    assert number(early) <= 10_437.6
+
+
+def test_lists_tell_the_date_that_the_report_tells() -> None:
+    """Of a forecast whose late end lies past the horizon."""
+    crossings = np.where(np.arange(4000) % 10 < 6, np.inf, np.linspace(9000.0, 15_000.0, 4000))
+    forecast = forecast_of(LOST_MOTION, crossings, NOW, horizon=20_000.0)
+    levels = {f"q{round(100 * level):02d}": at for level, at in forecast.remaining_hours.items()}
+    at = forecast.inspect_before_hours
+    assert at is not None
+    told = hours(date_down(at, NOW, outlook.spread(forecast)))
+    assert inspect_words(at, NOW, levels, forecast.horizon_hours) == told
 
 
 def test_what_is_left_is_rounded_down_at_its_early_end() -> None:

@@ -179,9 +179,11 @@ def _draw_curves(axes: Axes, main: Forecast, single: Sequence[Forecast]) -> None
     (line,) = axes.plot(table[:, 0], table[:, 1], color=FIT, linewidth=2.4, zorder=3)
     if len(single) < 2:
         return
-    handles, labels = [line], ["first of all limits"]
+    first = main.limit
+    handles = [line]
+    labels = ["first of all limits" if first is None else outlook.limit_words(first)]
     for forecast, dash in zip(single, _DASHES * len(single), strict=False):
-        if forecast.limit is None:
+        if forecast.limit is None or forecast is main:
             continue
         own = forecast.crossing_probability
         handles += axes.plot(own[:, 0], own[:, 1], color=MUTED, linestyle=dash, linewidth=1.4)

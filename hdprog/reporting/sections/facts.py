@@ -52,7 +52,8 @@ def _inspection(main: Forecast) -> Fact:
         return Fact("Inspect", "now", "a limit is passed already")
     at = outlook.inspection_hours(main)
     if outlook.due_now(main):
-        note = f"the risk of {share(main.acceptable_risk)} is reached already"
+        when = "already" if outlook.risk_now(main) >= main.acceptable_risk else "within the hour"
+        note = f"the risk of {share(main.acceptable_risk)} is reached {when}"
         return Fact("Inspect", "now", note)
     if at is None:
         note = f"the risk stays below {share(main.acceptable_risk)} until then"

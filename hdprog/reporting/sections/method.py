@@ -103,7 +103,9 @@ def _noise(result: DriveResult) -> str:
     for test in result.tests:
         by_model.setdefault(test.noise_model, []).append(test.test_id)
     said = [
-        model if len(by_model) == 1 else f"{model} (tests {listed(ids)})"
+        model
+        if len(by_model) == 1
+        else f"{model} ({agree(len(ids), 'test', 'tests')} {listed(ids)})"
         for model, ids in by_model.items()
     ]
     return (

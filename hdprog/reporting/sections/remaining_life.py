@@ -114,7 +114,12 @@ def loads_table(result: DriveResult) -> Table | None:
     )
     rows = []
     for load, main in sorted(
-        [(1.0, as_now)] + [(one.load, outlook.overall(one.forecasts)) for one in result.scenarios],
+        [(1.0, as_now)]
+        + [
+            (one.load, outlook.overall(one.forecasts))
+            for one in result.scenarios
+            if one.load != 1.0
+        ],
         key=lambda pair: pair[0],
     ):
         if main is None:
