@@ -211,9 +211,10 @@ _NOT_STARTED = (
 
 
 _LOST = (
-    f"The worker of this job was killed {jobs.MOST_LOST} times before the job was done, most often "
-    "for want of memory. Give the machine more memory, or remove the drive's longest record and "
-    "upload a shorter one; then start the job again. The machine's log says what ended the worker."
+    f"The worker of this job was killed {jobs.MOST_LOST} times, or cut off from the database, "
+    "before the job was done; most often for want of memory. Give the machine more memory, or "
+    "remove the drive's longest record and upload a shorter one; then start the job again. The "
+    "machine's log says what ended the worker."
 )
 
 
