@@ -10,7 +10,7 @@ import numpy as np
 from hdprog.config import Limit
 from hdprog.reporting.rounding import about_middle, date_down
 from hdprog.reporting.words import quantity, threshold_words
-from hdprog.results import LEVELS, DriveResult, Forecast, TestResult
+from hdprog.results import LEVELS, DriveResult, Forecast, since_replaced
 
 AT_ONCE = 1.0  # service hours ahead that no plan tells from now
 
@@ -129,14 +129,7 @@ def next_test_hours(result: DriveResult) -> float | None:
 
 def tested_at(result: DriveResult) -> int:
     """How many service hours there are tests of: only different ones tell of a pace."""
-    return len({test.service_hours for test in of_this_drive(result)})
-
-
-def of_this_drive(result: DriveResult) -> tuple[TestResult, ...]:
-    """The tests of the drive that is there now: from the one after it was last replaced."""
-    tests = result.tests
-    new = [at for at, test in enumerate(tests) if at and test.event == "replaced"]
-    return tests[max(new, default=0) :]
+    return len({test.service_hours for test in since_replaced(result.tests)})
 
 
 def waiting_hours(forecast: Forecast, count: int = 6) -> list[float]:

@@ -33,7 +33,7 @@ from hdprog.reporting.words import (
     tidy,
     with_unit,
 )
-from hdprog.results import DriveResult, Forecast
+from hdprog.results import DriveResult, Forecast, since_replaced
 
 Status = Literal["act", "plan", "good", "present"]
 
@@ -271,13 +271,13 @@ def _shutdown(result: DriveResult, main: Forecast) -> list[str]:
 def _carrier(result: DriveResult) -> str:
     fleet = None if result.trend is None else result.trend.fleet
     carrier = "the prior" if fleet is None else "the fleet"
-    replaced = len(outlook.of_this_drive(result)) < len(result.tests)
+    replaced = len(since_replaced(result.tests)) < len(result.tests)
     return f"the drive before it and {carrier}" if replaced else carrier
 
 
 def _no_pace(result: DriveResult) -> str:
     """Too little to see wear in: said before anything that is forecast."""
-    own = len(outlook.of_this_drive(result))
+    own = len(since_replaced(result.tests))
     since = "" if own == len(result.tests) else " since the drive was replaced"
     seen = f"There is one test only{since}"
     if own > 1:
@@ -289,7 +289,7 @@ def _rests_on(result: DriveResult) -> list[str]:
     """Who carried the forecast, if not the drive's own tests, and which figures it misses."""
     carrier, said = _carrier(result), []
     if outlook.tested_at(result) == 2:
-        own = len(outlook.of_this_drive(result))
+        own = len(since_replaced(result.tests))
         tests = "2 tests" if own == 2 else "tests at two different service hours"
         if own < len(result.tests):
             tests += " since the drive was replaced"

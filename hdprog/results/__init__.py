@@ -30,6 +30,7 @@ from hdprog.results.of_trend import (
     TrendSummary,
     WearSaid,
 )
+from hdprog.results.since_replaced import since_replaced
 
 __all__ = [
     "LEVELS",
@@ -57,4 +58,5 @@ __all__ = [
     "TestResult",
     "TrendSummary",
     "WearSaid",
+    "since_replaced",
 ]

@@ -11,6 +11,7 @@ import numpy as np
 from hdprog.config.drive import DEFAULT_ALPHA
 from hdprog.inference.priors import Prior
 from hdprog.physics.parameters import FloatArray
+from hdprog.results import since_replaced
 from hdprog.trend.evidence import Linearised, LoopEvidence, in_order
 from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.gaussian_step import GaussianStep
@@ -176,8 +177,8 @@ def _warnings(trend: LinearisedTrend, met: Met, distance: float) -> tuple[str, .
     said = []
     tests, found, draws, wear_prior = trend.tests, trend.mode, trend.draws, trend.wear_prior
     carrier = "the wear prior" if wear_prior.fleet is None else "the fleet"
-    replaced = [at for at, test in enumerate(tests) if at and test.event == "replaced"]
-    own = tests[max(replaced, default=0) :]  # of the drive that is there now
+    own = since_replaced(tests)
+    replaced = len(own) < len(tests)
     seen = len({test.service_hours for test in own})
     since = " since the drive was replaced" if replaced else ""
     carrier = f"the drive before it and {carrier}" if replaced else carrier

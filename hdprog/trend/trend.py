@@ -11,7 +11,7 @@ from hdprog.config import Drive
 from hdprog.inference.priors import Prior
 from hdprog.physics.figures import Operation
 from hdprog.physics.parameters import NAMES, FloatArray
-from hdprog.results import TrendSummary
+from hdprog.results import TrendSummary, since_replaced
 from hdprog.trend.ahead import simulate_ahead, within_reach, worn_ahead
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.followed_effects import FollowedEffects
@@ -122,9 +122,8 @@ class Trend(LinearisedTrend):
         That it rises past the last test was found of drives whose pace was seen. Of a drive that
         was not, the clock's own prior holds what is expected of a whole life.
         """
-        new = [at for at, test in enumerate(self.tests) if test.event == "replaced"]
-        since = {test.service_hours for test in self.tests[max(new, default=0) :]}
-        return self.wear_prior.rate_ahead if len(since) > 1 else _LEVEL
+        hours = {test.service_hours for test in since_replaced(self.tests)}
+        return self.wear_prior.rate_ahead if len(hours) > 1 else _LEVEL
 
     def paths(
         self,
