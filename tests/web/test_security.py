@@ -159,3 +159,11 @@ def test_a_token_is_shown_once(person: ClientOf) -> None:
     assert "hdp_" in page.text
     assert "hdp_" not in client.get("/settings").text
     assert "hdp_" not in client.get("/audit").text
+
+
+@pytest.mark.parametrize("path", ["users/{}", "tokens/{}/revoke"])
+def test_a_number_that_no_row_can_have_is_not_found(person: ClientOf, path: str) -> None:
+    client = person("admin")
+    said = {"csrf": csrf_of(client.get("/settings").text), "role": "viewer"}
+    for number in (0, 2**31, 10**30):
+        assert client.post(f"/settings/{path.format(number)}", data=said).status_code == 404

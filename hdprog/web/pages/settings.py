@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Depends, Form, Request
+from fastapi import APIRouter, Depends, Form, Path, Request
 from starlette.responses import RedirectResponse, Response
 
 from hdprog.errors import BadInputError
@@ -24,6 +24,7 @@ from hdprog.web.service import service_of
 
 router = APIRouter()
 _OURS = [Depends(form_of_ours)]
+_Number = Annotated[int, Path(ge=1, le=2**31 - 1)]  # of a row: more is no integer to PostgreSQL
 
 
 @router.get("/settings")
@@ -89,7 +90,7 @@ def add_user(
 def change_user(
     request: Request,
     who: Admin,
-    number: int,
+    number: _Number,
     role: Annotated[str, Form()] = "viewer",
     disabled: Annotated[str, Form()] = "",
 ) -> Response:
@@ -123,7 +124,7 @@ def add_token(
 
 
 @router.post("/settings/tokens/{number}/revoke", dependencies=_OURS)
-def revoke_token(request: Request, who: Admin, number: int) -> Response:
+def revoke_token(request: Request, who: Admin, number: _Number) -> Response:
     """Make a token worthless."""
     with service_of(request).store.writing() as session:
         token = session.get(TokenRow, number)
