@@ -42,11 +42,20 @@ def interval_words(levels: Mapping[str, float | None], start: float = 0.0) -> st
 
 
 def inspect_words(
-    at: float | None, now: float, levels: Mapping[str, float | None], horizon: float
+    at: float | None,
+    now: float,
+    levels: Mapping[str, float | None],
+    horizon: float | None = None,
 ) -> str:
-    """Say by which service hour to inspect, rounded down as in the report, not to before now."""
+    """Say by which service hour to inspect, rounded down as in the report, not to before now.
+
+    Where the late end lies past the horizon the report rounds by the horizon; without it, the date
+    is rounded as far down as dates are.
+    """
     if at is None:
         return LATER
     low, high = levels.get("q05"), levels.get("q95")
-    around = (horizon - now if high is None else high) - (0.0 if low is None else low)
-    return hours(date_down(at, now, max(around / 2.0, 1.0)))
+    late = high if high is not None or horizon is None else horizon - now
+    if late is None:
+        return hours(date_down(at, now, math.inf))
+    return hours(date_down(at, now, max((late - (low or 0.0)) / 2.0, 1.0)))
