@@ -73,7 +73,7 @@ def test_crossing_is_that_of_the_whole_trend(unit):
     met = met_by_tests(step, alone.draws, np.random.default_rng(5), QUICK)
     trend = Trend(tuple(unit), prior, wear, clock, mode, alone.draws, None, met, ())
     paths = trend.wandering_paths(hours, np.random.default_rng(3), draws)
-    wander = paths.shared * paths.direction[AT] ** 2 + paths.own[..., AT]
+    wander = paths.shared * paths.direction[..., AT] ** 2 + paths.own[..., AT]
     limits = [Margins(1.0 - paths.states[..., AT], wander)]
     whole = first_crossing(hours, limits, survived_so_far=True)
     found = alone.crossing(hours, np.random.default_rng(4), draws)

@@ -97,7 +97,7 @@ def _crossing(
         return None
     hours = forecast_hours(now, _BEYOND * study.planned)
     paths = trend.wandering_paths(hours, rng, _DRAWS)
-    wander = paths.shared * paths.direction[AT] ** 2 + paths.own[..., AT]
+    wander = paths.shared * paths.direction[..., AT] ** 2 + paths.own[..., AT]
     limits = [Margins(1.0 - paths.states[..., AT], wander)]
     found = first_crossing(hours, limits, survived_so_far=True)
     remaining = {
