@@ -3,8 +3,9 @@
     y_j = l + g·w(t_j) + s·1(j ≥ k) + e_j
 
 y_j is what test j says of an effect's amplitude, in units of the largest that any test showed; w a
-course of the wear clock, from 0 at the first test to 1 at the last; e_j the test's own error and
-the scatter of remounting. l, g and s are Gaussians as wide as the amplitude of a new drive, so
+course of the wear clock, from 0 at the first test to 1 at the last, over the hours and, where the
+load is known, over hours that follow it more or less; e_j the test's own error and the scatter of
+remounting. l, g and s are Gaussians as wide as the amplitude of a new drive, so
 that the likelihood of all tests is a Gaussian. It is averaged over courses that start slowly, run
 straight, level off and speed up, over the scatter, and over the tests k before which the step may
 lie, and compared with that of s = 0 (a Bayes factor, Kass & Raftery, J. Am. Stat. Assoc. 90, 1995).
@@ -21,7 +22,7 @@ from hdprog.inference.priors import Prior
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.loop_evidence import FittedLoop
-from hdprog.trend.wear_clock import WearClock
+from hdprog.trend.wear_clock import ServiceClock, WearClock
 from hdprog.trend.wear_coordinates import StatePrior, from_loop, linearise
 from hdprog.trend.wear_prior import SuddenStep, WearPrior
 
@@ -59,15 +60,16 @@ def sudden_steps(
     """
     seen, spread = _amplitudes_seen(tests, StatePrior.of(prior, wear_prior))
     begins = [at for at, test in enumerate(tests) if at == 0 or test.event == "replaced"]
-    found = []
+    clock, found = ServiceClock.of(tests), []
     for first, end in zip(begins, [*begins[1:], len(tests)], strict=True):
         life = tests[first:end]
-        new = life[0].service_hours if first else 0.0
-        age = np.array([test.service_hours - new for test in life])
+        new = life[0].service_hours if life[0].event == "replaced" else 0.0
+        hours = np.array([test.service_hours for test in life])
+        by_load = clock(hours) - clock(np.array(new)) if clock.by_load else None
         declared = np.array([test.event == "reassembled" for test in life])
         for amplitude in range(wear_prior.followed):
             own = seen[first:end, amplitude], spread[first:end, amplitude]
-            step = clear_step(age, *own, declared, wear_prior)
+            step = clear_step(hours - new, *own, declared, wear_prior, by_load)
             if step is not None:
                 found.append(SuddenStep(first + step, amplitude))
     return tuple(found)
@@ -79,6 +81,7 @@ def clear_step(
     spread: FloatArray,
     declared: FloatArray,
     wear_prior: WearPrior,
+    by_load: FloatArray | None = None,
 ) -> int | None:
     """Place of the first test after a step that the tests clearly show; None where none does.
 
@@ -89,6 +92,8 @@ def clear_step(
         of the largest; where the effect was not found, about zero and how well that is known
     declared : (tests,) True where an event is declared that may leave a step
     wear_prior : for the size of amplitudes and the scatter of remounting
+    by_load : (tests,) the same hours counted by load, where it is known: growth in a stretch of
+        heavy load is wear
     """
     count = age.size
     places = [
@@ -101,7 +106,7 @@ def clear_step(
     belief = wear_prior.effect
     after = np.triu(np.ones((count, count)))  # row k is 1 from test k on
     constant = np.vstack([np.ones(count), after[np.flatnonzero(declared[1:]) + 1]])
-    courses = _courses(age)
+    courses = np.concatenate([_courses(counted) for counted in _counted(age, by_load, wear_prior)])
     size = courses[:, :, None] * courses[:, None, :] + constant.T @ constant
     scatter = belief.scatter_scale * wear_prior.remounting_scatter.at(_NODES)
     noise = np.stack([np.diag(spread**2 + sd**2) for sd in scatter])
@@ -115,6 +120,16 @@ def clear_step(
     if logsumexp(gains) - np.log(len(places)) < CLEAR:
         return None
     return places[int(np.argmax(gains))]
+
+
+def _counted(
+    age: FloatArray, by_load: FloatArray | None, wear_prior: WearPrior
+) -> list[FloatArray]:
+    """Hours (tests,) by which wear may count: those served, and mixed with those by load."""
+    if by_load is None:
+        return [age]
+    shares = wear_prior.load_share.at(_NODES)
+    return [age, *((1.0 - share) * age + share * by_load for share in shares)]
 
 
 def _courses(age: FloatArray) -> FloatArray:

@@ -18,6 +18,7 @@ from hdprog.trend.fitting import fit_trend
 from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.sudden_steps import came_at_once, clear_step, sudden_steps
 from hdprog.trend.trend import Trend
+from hdprog.trend.wear_clock import hours_by_load
 from hdprog.trend.wear_coordinates import Information
 from hdprog.trend.wear_prior import SuddenStep, read_wear_prior
 from tests.trend.friction_beside import ALPHA, OPERATION, WIDEST, evidence, followed_by, likelihood
@@ -135,6 +136,18 @@ def test_a_declared_step_does_not_hide_another() -> None:
     twice = ((at >= 4) + (at >= 8).astype(float)) / 2
     age, sure = 100.0 * at, np.full(12, 0.03)
     assert clear_step(age, twice, sure, at == 4, PRIOR) == 8
+
+
+def test_growth_in_a_stretch_of_heavy_load_is_no_step() -> None:
+    """Three times the torque wears 27 times as fast; by the hours alone it looks like a step."""
+    age = np.linspace(0.0, 3500.0, 8)
+    torque = [None, 20.0, 22.0, 20.0, 60.0, 25.0, 20.0, 22.0]
+    by_load = np.array(hours_by_load(age.tolist(), torque, [None] * 8))
+    grown = by_load / by_load[-1]
+    assert clear_step(age, grown, SURE, NONE, PRIOR) == 4
+    assert clear_step(age, grown, SURE, NONE, PRIOR, by_load) is None
+    elsewhere = 0.1 * grown + 0.9 * (age > 2500.0)
+    assert clear_step(age, elsewhere, SURE, NONE, PRIOR, by_load) == 6
 
 
 def test_tests_at_one_hour_have_nothing_between_them() -> None:
