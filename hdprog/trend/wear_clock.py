@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hdprog.physics.parameters import FloatArray
+from hdprog.results import since_replaced
 from hdprog.trend.evidence import LoopEvidence
 
 _LARGEST_LOG = 10.0  # wear beyond e^10 units is beyond anything that a figure could show
@@ -61,18 +62,21 @@ def pace_of_load(load: float) -> float:
 class ServiceClock:
     """Map from service hours to hours by load.
 
-    Between tests it is linear; past the last it goes on at the mean pace so far.
+    Between tests it is linear; past the last it goes on at the mean pace so far, of a drive that
+    replaced another that since then: what the other was loaded with says little of what is to come.
 
     Attributes
     ----------
     service, equivalent : (knots,) matching hours, from zero
     by_load : whether the load is known; else the two are the same
+    pace : mean pace so far; one where the load is not known
     load_factor : pace past the last test over the mean pace so far
     """
 
     service: FloatArray
     equivalent: FloatArray
     by_load: bool
+    pace: float = 1.0
     load_factor: float = 1.0
 
     @staticmethod
@@ -85,10 +89,15 @@ class ServiceClock:
             equivalent, by_load = np.array(known), True
         else:
             equivalent, by_load = service, False
-        zero = np.zeros(1)
-        return ServiceClock(
-            np.concatenate([zero, service]), np.concatenate([zero, equivalent]), by_load
-        )
+        service, equivalent = np.insert(service, 0, 0.0), np.insert(equivalent, 0, 0.0)
+        own = since_replaced(tests)
+        begins = len(tests) - len(own) + 1 if own[0].event == "replaced" else 0
+        # Of a drive that has not run yet, the one before it tells.
+        for first in (begins, 0):
+            served, counted = service[-1] - service[first], equivalent[-1] - equivalent[first]
+            if served > 0 and counted > 0:
+                return ServiceClock(service, equivalent, by_load, float(counted / served))
+        return ServiceClock(service, equivalent, by_load)
 
     def slowed(self, load_factor: float) -> ServiceClock:
         """Give the clock another pace past the last test, e.g. 0.8³ of it at 80 % torque."""
@@ -108,10 +117,9 @@ class ServiceClock:
     def __call__(self, hours: FloatArray) -> FloatArray:
         """Hours by load at service hours (any shape)."""
         last = self.service[-1]
-        pace = self.equivalent[-1] / last if self.by_load and last > 0 else 1.0
         beyond = np.maximum(np.asarray(hours, dtype=float) - last, 0.0)
         return np.asarray(
-            np.interp(hours, self.service, self.equivalent) + pace * self.load_factor * beyond
+            np.interp(hours, self.service, self.equivalent) + self.pace * self.load_factor * beyond
         )
 
 

@@ -99,3 +99,33 @@ def test_a_drive_is_new_where_it_was_replaced(
     drive = [replace(test, event=event) for test, event in zip(plain, events, strict=True)]
     timeline, _ = Timeline.of(drive, ServiceClock.of(drive), read_wear_prior())
     assert timeline.age == pytest.approx(ages)
+
+
+@pytest.mark.parametrize(
+    ("torque", "pace"),
+    [
+        ([None, 20.0, None, 60.0, 60.0], 27.0),
+        ([None, 60.0, None, 20.0, 20.0], 1 / 27),
+        ([None, 20.0, None], 1.0),
+    ],
+)
+def test_a_drive_that_replaced_another_goes_on_at_its_own_load(
+    torque: list[float | None], pace: float
+) -> None:
+    """Over the pace of the drive before it; one that has not run yet has no load of its own."""
+    count = len(torque)
+    hours = np.array([0.0, 5000.0, 5000.0, 6000.0, 7000.0])[:count]
+    by_load = hours_by_load(hours.tolist(), torque, [None] * count)
+    assert by_load is not None
+    drive = [
+        replace(test, load_hours=load, event="replaced" if place == 2 else None)
+        for place, (test, load) in enumerate(
+            zip(wearing_drive(np.random.default_rng(1), hours / 8000, hours), by_load, strict=True)
+        )
+    ]
+    clock, last = ServiceClock.of(drive), hours[-1]
+    before, ahead = (
+        np.diff(clock(np.array([4000.0, 5000.0]))),
+        np.diff(clock(np.array([last, last + 1e3]))),
+    )
+    assert ahead == pytest.approx(pace * before)
