@@ -123,7 +123,7 @@ def begin_trend(
     """
     tests = in_order(evidence)
     if followed is not None:
-        wear_prior = wear_prior.following(followed.size)
+        wear_prior = wear_prior.following(followed.size, followed.greased)
         wear_prior = wear_prior.stepping(sudden_steps(tests, prior, wear_prior))
     clock = ServiceClock.of(tests)
     timeline, _ = Timeline.of(tests, clock, wear_prior)

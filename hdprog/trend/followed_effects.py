@@ -23,6 +23,7 @@ Name = tuple[str, str]
 """Ids of an effect and of one of its parameters."""
 SMALLEST = 1e-3
 """Units below which a positive amplitude is evaluated here and continued as a straight line."""
+_OF_FRICTION = ("coulomb_friction", "microslip")
 _STEP = 1e-4  # units, of the slope
 
 
@@ -79,6 +80,11 @@ class FollowedEffects:
     def owners(self) -> tuple[str, ...]:
         """(size) id of the effect that each amplitude belongs to."""
         return tuple(effect for effect, _ in self.units)
+
+    @property
+    def greased(self) -> tuple[bool, ...]:
+        """(size) whether each amplitude is of friction, which new grease may change at once."""
+        return tuple(effect in _OF_FRICTION for effect in self.owners)
 
     @property
     def size(self) -> int:

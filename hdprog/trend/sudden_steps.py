@@ -43,7 +43,7 @@ def came_at_once(
     followed = tests[0].followed
     if followed is None:
         return frozenset()
-    steps = sudden_steps(tests, prior, wear_prior.following(followed.size))
+    steps = sudden_steps(tests, prior, wear_prior.following(followed.size, followed.greased))
     return frozenset(followed.owners[step.amplitude] for step in steps)
 
 
@@ -66,10 +66,11 @@ def sudden_steps(
         new = life[0].service_hours if life[0].event == "replaced" else 0.0
         hours = np.array([test.service_hours for test in life])
         by_load = clock(hours) - clock(np.array(new)) if clock.by_load else None
-        declared = np.array([test.event == "reassembled" for test in life])
+        declared = np.array([wear_prior.event_variance(test.event) > 0 for test in life])
         for amplitude in range(wear_prior.followed):
             own = seen[first:end, amplitude], spread[first:end, amplitude]
-            step = clear_step(hours - new, *own, declared, wear_prior, by_load)
+            stepped = declared[:, len(NAMES) + amplitude]
+            step = clear_step(hours - new, *own, stepped, wear_prior, by_load)
             if step is not None:
                 found.append(SuddenStep(first + step, amplitude))
     return tuple(found)

@@ -151,7 +151,8 @@ class WearPrior(_Strict):
     """Prior of wear, as priors/trend.toml gives it; see the comments there.
 
     Its arrays are (n,): eight wear coordinates, then `followed` amplitudes of effects, some
-    of which may have come at once, in `sudden` steps. `fleet` is what other drives add to the file.
+    of which may have come at once, in `sudden` steps; `greased` tells which are of friction,
+    (followed) or none if empty. `fleet` is what other drives add to the file.
     """
 
     name: str
@@ -179,12 +180,13 @@ class WearPrior(_Strict):
     within_fleet: WithinFleet
     followed: int = 0
     sudden: tuple[SuddenStep, ...] = ()
+    greased: tuple[bool, ...] = ()
     fleet: FleetPrior | None = None
 
     @property
     def identity(self) -> str:
         """Digest of what the deviates are of: those of different files do not compare."""
-        of_a_drive = {"followed", "sudden", "fleet"}
+        of_a_drive = {"followed", "sudden", "greased", "fleet"}
         content = self.model_dump_json(exclude=of_a_drive | {"temperature", "within_fleet"})
         return hashlib.sha256(content.encode()).hexdigest()[:16]
 
@@ -217,9 +219,9 @@ class WearPrior(_Strict):
         centre = self.loading_mean + self.loading_sd * np.hstack([mean, beside])
         return centre, self.loading_sd * np.hstack([sd, beside + 1.0])
 
-    def following(self, amplitudes: int) -> WearPrior:
-        """The same for a state with so many amplitudes of effects."""
-        return self._with(followed=amplitudes, sudden=())
+    def following(self, amplitudes: int, greased: Sequence[bool] = ()) -> WearPrior:
+        """The same for a state with so many amplitudes of effects, some of them of friction."""
+        return self._with(followed=amplitudes, sudden=(), greased=tuple(greased))
 
     def stepping(self, sudden: Sequence[SuddenStep]) -> WearPrior:
         """The same for a drive whose followed amplitudes may have stepped there."""
@@ -273,7 +275,10 @@ class WearPrior(_Strict):
         steps = {"regreased": self.regreased, "reassembled": self.reassembled}.get(event or "", {})
         # An effect beside the drive model may come from what was taken apart.
         amplitude = self.effect.initial_sd if event == "reassembled" else 0.0
-        return self._extended([steps.get(name, 0.0) for name in NAMES], amplitude) ** 2
+        found = self._extended([steps.get(name, 0.0) for name in NAMES], amplitude)
+        if event == "regreased" and self.greased:
+            found[len(NAMES) :] = np.where(self.greased, self.effect.initial_sd, 0.0)
+        return found**2
 
     def step_variance(self, test: int, event: str | None) -> FloatArray:
         """(n,) variance of the lasting step before a test: of its event, of what came at once."""

@@ -175,6 +175,21 @@ class Told:
         return Information(precision, precision[-1] * self.amplitude, 0.0)
 
 
+def test_new_grease_may_change_friction_beside_the_model_and_nothing_else_beside_it() -> None:
+    """It is declared, so no step that comes of itself is told there."""
+    friction, play = PRIOR.following(1, (True,)), PRIOR.following(1, (False,))
+    assert friction.event_variance("regreased")[-1] == PRIOR.effect.initial_sd**2
+    assert play.event_variance("regreased")[-1] == friction.event_variance(None)[-1] == 0.0
+    assert friction.event_variance("reassembled")[-1] > 0.0
+    assert friction.identity == PRIOR.identity
+    tests = [
+        Told(100.0 * at, 1.0 if at < 4 else 0.3, "regreased" if at == 4 else None)
+        for at in range(8)
+    ]
+    assert sudden_steps(tests, OF_LOOPS, friction) == ()
+    assert sudden_steps(tests, OF_LOOPS, play) == (SuddenStep(4, 0),)
+
+
 def steps_told(amplitudes: Sequence[float], replaced: int) -> tuple[SuddenStep, ...]:
     """Steps of a drive that was replaced just before a test."""
     tests = [
