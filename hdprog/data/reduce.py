@@ -96,10 +96,12 @@ def _reversal_torques(
 ) -> FloatArray:
     """Denoised torque at the end of every stretch, (stretches,) in Nm."""
     torques = np.empty(turning_points.size - 1)
+    following = np.append(turning_points[2:], turning_points[-1])
     for number, (start, end) in enumerate(pairwise(turning_points)):
         half = _window(torque[start : end + 1], noise) // 2
-        if half == 0 and end < torque.size - 1:
-            torques[number] = _corner(torque[max(start, end - 3) : end + 4], noise)
+        # Of a ramp of fewer than three readings no line is known: there the reading stands.
+        if half == 0 and start <= end - 3 and end + 3 <= following[number]:
+            torques[number] = _corner(torque[end - 3 : end + 4], noise)
             continue
         after = min(end + half, torque.size - 1)
         torques[number] = np.mean(torque[max(start, end - half) : after + 1])
@@ -113,11 +115,9 @@ def _corner(near: FloatArray, noise: float) -> float:
 
     Parameters
     ----------
-    near : (7,) readings about the extreme one, which is in the middle; shorter at a record's end
+    near : (7,) readings about the extreme one, which is in the middle
     noise : standard deviation of a reading in Nm
     """
-    if near.size < 7:
-        return float(near[near.size // 2] if near.size % 2 else near[np.argmax(np.abs(near))])
     at = np.arange(-3.0, 4.0)
     slope_before, level_before = np.polyfit(at[:3], near[:3], 1)
     slope_after, level_after = np.polyfit(at[4:], near[4:], 1)

@@ -175,3 +175,20 @@ def test_readings_of_a_short_record_set_aside_are_out() -> None:
     assert reduced.path.starts.tolist() == [0, 19, 38]
     assert reduced.path.reversal_torque is not None
     assert reduced.path.reversal_torque[0] == pytest.approx(40)
+
+
+@pytest.mark.parametrize(
+    "torque",
+    [
+        [92.0, 96.0, *np.linspace(100.0, 0.0, 26), *np.linspace(4.0, 100.0, 25)],
+        [96.0, *np.linspace(100.0, -100.0, 26), *np.linspace(-92.0, 100.0, 25)],
+        [*np.linspace(0.0, 100.0, 26), *np.linspace(96.0, 0.0, 25), 5.0, 10.0],
+        [*np.linspace(0.0, 100.0, 26), 95.0, 90.0, 95.0, *np.linspace(100.0, 0.0, 26)],
+    ],
+    ids=["begins before the top", "begins a reading before", "ends past zero", "small cycle"],
+)
+def test_a_stretch_of_one_or_two_readings_keeps_its_reversals(torque: list[float]) -> None:
+    loop = Loop(np.array(torque), np.array(torque) / 2e4)
+    points = turning_points(loop.torque)
+    reached = reduce_loop(loop, points, 0.0).path.reversal_torque
+    np.testing.assert_allclose(reached, loop.torque[points[1:]], atol=1e-9)
