@@ -197,7 +197,9 @@ def _signatures(
             parameter.name: parameter.value(flat[:, index, None])
             for index, parameter in enumerate(shapes.parameters)
         }
-        change = effect.evaluate(course, values, angle)
+        others = simpler.effect_values(start.point[None, :])
+        seen = simpler.effect_set.course_of(effect, course, others)
+        change = effect.evaluate(seen, values, angle)
         change = np.broadcast_to(change, (flat.shape[0], likelihood.blocks))
     else:
         both = np.vstack([flat, grid])

@@ -84,6 +84,31 @@ def test_backlash_is_a_step_of_its_height() -> None:
     np.testing.assert_allclose(found[-3:], inside, atol=1e-19)
 
 
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("backlash", {"play": 3e-4, "width": 0.7}),
+        ("cup_hardening", {"cubic": 2e-4}),
+        ("tooth_damage", {"height": 1e-4, "centre": 20.0, "width": 3.0}),
+    ],
+)
+def test_what_sits_at_a_torque_sits_at_the_true_one(name: str, values: dict[str, float]) -> None:
+    reading, zero = zigzag(0.0, 60.0, -60.0, 60.0), 1.5
+    course, true = course_of(reading), course_of(reading - zero)
+    true = replace(true, scales=course.scales)
+    own = {key: np.full((1, 1), value) for key, value in values.items()}
+    both = EffectSet((BY_ID["torque_offset"], BY_ID[name]), course.scales)
+    drive = {key: np.asarray(value) for key, value in DRIVE.items()}
+    told = {"torque_offset": {"zero_torque": np.full((1, 1), zero)}, name: own}
+    half = np.full(1, 0.5)
+    found = both.angle(course, drive, told, ALPHA, half)
+    alone = EffectSet((BY_ID[name],), course.scales)
+    wanted = alone.angle(true, drive, {name: own}, ALPHA, half)
+    np.testing.assert_allclose(found, wanted, atol=1e-12)
+    held = both.held(course, told)
+    np.testing.assert_allclose(held.angle(drive, ALPHA, half), wanted, atol=1e-12)
+
+
 def test_asymmetry_mirrors_a_drive_with_its_own_parameters() -> None:
     torque = zigzag(0, 60, -60, 60, 0)
     course = course_of(torque)

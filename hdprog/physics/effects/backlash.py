@@ -25,6 +25,7 @@ class Backlash(Effect):
     )
     lasting = True
     static = True
+    at_torque = True
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
         """δ in rad, T_s in Nm."""

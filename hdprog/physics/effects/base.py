@@ -98,6 +98,8 @@ class Effect(ABC):
     lasting : whether wear can bring it, so that it is followed over service time
     static : whether it follows from the torque's path alone, so that it is part of the steady
         cycle of the figures of merit
+    at_torque : whether what it adds to the angle sits at a torque of the drive, not at one of the
+        sensor's: errors of the reading are taken out of the course that it is given
     """
 
     id: ClassVar[str]
@@ -107,6 +109,7 @@ class Effect(ABC):
     advice: ClassVar[str]
     lasting: ClassVar[bool] = False
     static: ClassVar[bool] = False
+    at_torque: ClassVar[bool] = False
 
     def __eq__(self, other: object) -> bool:
         """Whether it is the same effect: one that comes from another process is another object."""
@@ -124,7 +127,7 @@ class Effect(ABC):
 
         Parameters
         ----------
-        course : the record's coordinates
+        course : the record's coordinates; its torque may be (draws, samples) if `at_torque`
         values : physical values by name, (draws, 1) each
         angle : (draws, samples) angle of the drive model in rad
 

@@ -24,6 +24,7 @@ class CupHardening(Effect):
     )
     lasting = True
     static = True
+    at_torque = True
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
         """κ in rad."""

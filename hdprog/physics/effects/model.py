@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -83,16 +84,17 @@ class EffectSet:
         """
         path = self.corrected_path(course, values)
         found = self.drive_angle(path, parameters, values, alpha, fraction)
-        added = [effect.evaluate(course, values[effect.id], found) for effect in self.angle_effects]
+        seen = _seen_from(course, path)
+        added = [one.evaluate(seen(one), values[one.id], found) for one in self.angle_effects]
         return np.asarray(sum(added, start=found))
 
     def held(self, course: Course, values: dict[str, Values]) -> EffectsHeld:
         """The effects at one set of values along one course, worked out as far as it goes."""
         path = self.corrected_path(course, values)
-        two = np.stack([course.load, 2 * course.load])
-        evaluated = [(one, one.evaluate(course, values[one.id], two)) for one in self.angle_effects]
+        two, seen = np.stack([course.load, 2 * course.load]), _seen_from(course, path)
+        evaluated = [one.evaluate(seen(one), values[one.id], two) for one in self.angle_effects]
         # Where the angles of two drives make no difference there is one row.
-        known = tuple(None if len(angle) > 1 else angle for _, angle in evaluated)
+        known = tuple(None if len(angle) > 1 else angle for angle in evaluated)
         return EffectsHeld(self, course, values, path, known)
 
     def corrected_path(self, course: Course, values: dict[str, Values]) -> TorquePath:
@@ -104,6 +106,10 @@ class EffectSet:
                 before = (course.path.torque - path.torque, course.path.reached - path.reached)
                 path = course.corrected(before[0] + error[0], before[1] + error[1])
         return path
+
+    def course_of(self, effect: Effect, course: Course, values: dict[str, Values]) -> Course:
+        """The course as an effect on the angle is given it, beside these effects."""
+        return _seen_from(course, self.corrected_path(course, values))(effect)
 
     @cached_property
     def angle_effects(self) -> tuple[Effect, ...]:
@@ -153,3 +159,12 @@ class EffectsHeld:
             for effect, one in each
         ]
         return np.asarray(sum(added, start=found))
+
+
+def _seen_from(course: Course, path: TorquePath) -> Callable[[Effect], Course]:
+    """The course that each effect is given where a torque path has been corrected.
+
+    What sits at a torque of the drive, as play at none, sits there whatever the sensor reads.
+    """
+    corrected = course if path is course.path else replace(course, path=path)
+    return lambda effect: corrected if effect.at_torque else course

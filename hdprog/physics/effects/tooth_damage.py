@@ -17,6 +17,7 @@ class ToothDamage(Effect):
     advice = "Inspect the teeth of flexspline and circular spline; do not wait for the next test."
     lasting = True
     static = True
+    at_torque = True
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
         """A in rad, T_d and w in Nm."""
