@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdprog.data.loop import Loop
-from hdprog.data.noise_level import channel_noise
+from hdprog.data.noise_level import channel_noise, quantisation_step
 from hdprog.physics.course import Course, Scales
 from hdprog.physics.parameters import FloatArray
 from hdprog.physics.torque_path import TorquePath
@@ -53,6 +53,7 @@ def record_course(loop: Loop, path: TorquePath, torque_noise: float) -> Course:
             output_middle=None if loop.output_angle is None else float(loop.output_angle.mean()),
             coldest=None if temperature is None else float(temperature.min()),
             warming=None if temperature is None else float(np.ptp(temperature)),
+            angle_step=quantisation_step(loop.angle),
         ),
         output_speed=speed,
     )

@@ -25,6 +25,7 @@ class Scales:
     output_middle : mean absolute output position in rad, from which its lines' phases count; None
         where it was not recorded
     coldest, warming : lowest temperature and its range in °C, None where it was not recorded
+    angle_step : resolution of the angle's readings in rad; None where none shows
     readings : number of values along the record, which bounds what frequency can be seen
     """
 
@@ -37,6 +38,7 @@ class Scales:
     output_middle: float | None = None
     coldest: float | None = None
     warming: float | None = None
+    angle_step: float | None = None
 
 
 @dataclass(frozen=True)

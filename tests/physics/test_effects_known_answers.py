@@ -503,3 +503,16 @@ def test_thermal_drift_is_the_same_for_readings_and_for_their_averages() -> None
     found = added("thermal_drift", course, **values)[:3000].reshape(100, 30).mean(axis=1)
     # The mean over a fortieth of the record, taken twice: at the ends over fewer readings.
     np.testing.assert_allclose(added("thermal_drift", averaged, **values), found, atol=2e-6)
+
+
+def test_rounding_of_a_coarse_encoder_is_no_ripple() -> None:
+    torque = zigzag(0, 60, -60, 60, samples=150)
+    fine = plain_angle(torque)
+    step = float(np.ptp(fine)) / 27
+    for angle, resolved in ((fine, False), (np.round(fine / step) * step, True)):
+        scales = record_course(Loop(torque, angle), TorquePath.exact(torque), 0.0).scales
+        cycles = BY_ID["angle_ripple"].parameters(scales)[0]
+        assert (scales.angle_step is not None) == resolved
+        # Neither the ripple nor its second harmonic repeats once a step.
+        assert (2 * cycles.second < 1 / step) == resolved
+        assert cycles.value(np.array(cycles.grid)).max() < cycles.second

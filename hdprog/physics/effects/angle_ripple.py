@@ -9,6 +9,8 @@ from hdprog.physics.effects.base import Effect, EffectParameter, Values, signed_
 from hdprog.physics.parameters import FloatArray
 from hdprog.physics.periodic import wave
 
+_FINEST = 0.4  # periods in a step of the encoder: rounding is a saw-tooth of one period a step
+
 
 class AngleRipple(Effect):
     """Σ_k s_k sin(kφ) + c_k cos(kφ), k = 1, 2, φ = 2πν·Δθ with ν periods in a radian of torsion.
@@ -28,15 +30,18 @@ class AngleRipple(Effect):
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
         """Period in rad, amplitudes in rad."""
         extent = 2 * scales.angle
+        most = max(3.0, min(40.0, scales.readings / 10))
+        if scales.angle_step is not None:
+            # Nor may the second harmonic be the rounding.
+            most = max(1.6, min(most, _FINEST * extent / scales.angle_step))
         cycles = EffectParameter(
             "cycles",
             "per rad",
             "periods in a radian of torsion",
             "between",
             1.2 / extent,
-            max(3.0, min(40.0, scales.readings / 10)) / extent,
+            most / extent,
         )
-        most = max(3.0, min(40.0, scales.readings / 10))
         return (
             cycles.gridded(np.arange(1.5, most, 0.25) / extent),
             signed_amplitude("sine", "of the ripple", scales),
