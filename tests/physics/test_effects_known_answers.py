@@ -516,3 +516,20 @@ def test_rounding_of_a_coarse_encoder_is_no_ripple() -> None:
         # Neither the ripple nor its second harmonic repeats once a step.
         assert (2 * cycles.second < 1 / step) == resolved
         assert cycles.value(np.array(cycles.grid)).max() < cycles.second
+
+
+def test_thermal_drift_may_follow_time_beside_a_temperature_that_moves() -> None:
+    torque, time = zigzag(0, 60, -60, 60), np.arange(121.0)
+    course = course_of(torque, time, 20 + np.sin(time / 9))
+    values = {"drift": 4e-5, "softening": 0.0, "time_constant": 0.4}
+    alone = added("thermal_drift", course_of(torque, time), **values)
+    warm = added("thermal_drift", course, **values)
+    for share, wanted in ((0.0, alone), (1.0, warm), (0.25, 0.75 * alone + 0.25 * warm)):
+        found = added("thermal_drift", course, temperature_share=share, **values)
+        np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-18)
+    # Tests of a drive have the same parameters, whether or not their temperatures tell anything.
+    names = [
+        [one.name for one in BY_ID["thermal_drift"].parameters(each.scales)]
+        for each in (course, course_of(torque))
+    ]
+    assert names[0] == names[1]
