@@ -509,12 +509,12 @@ def test_rounding_of_a_coarse_encoder_is_no_ripple() -> None:
     torque = zigzag(0, 60, -60, 60, samples=150)
     fine = plain_angle(torque)
     step = float(np.ptp(fine)) / 27
-    for angle, resolved in ((fine, False), (np.round(fine / step) * step, True)):
+    for angle, rounded in ((fine, False), (np.round(fine / step) * step, True)):
         scales = record_course(Loop(torque, angle), TorquePath.exact(torque), 0.0).scales
         cycles = BY_ID["angle_ripple"].parameters(scales)[0]
-        assert (scales.angle_step is not None) == resolved
+        assert (scales.angle_step is not None) == rounded
         # Neither the ripple nor its second harmonic repeats once a step.
-        assert (2 * cycles.second < 1 / step) == resolved
+        assert (2 * cycles.second < 1 / step) == rounded
         assert cycles.value(np.array(cycles.grid)).max() < cycles.second
 
 
