@@ -23,11 +23,13 @@ DriveFolder = Annotated[
     Path,
     typer.Argument(metavar="DRIVE_DIR", help="A folder with drive.toml, tests.csv and loops/."),
 ]
+LARGEST_SEED = 2**63 - 1  # the largest that a posterior.nc can hold
 Seed = Annotated[
     int,
     typer.Option(
         "--seed",
         min=0,
+        max=LARGEST_SEED,
         help="Seed of everything random: same seed, same input, same machine, same numbers.",
     ),
 ]
@@ -45,7 +47,7 @@ Quiet = Annotated[
 ]
 # The common options belong to every command, so that scripts need not tell commands apart.
 _IDLE = "Taken as by other commands; changes nothing here."
-IdleSeed = Annotated[int, typer.Option("--seed", min=0, hidden=True, help=_IDLE)]
+IdleSeed = Annotated[int, typer.Option("--seed", min=0, max=LARGEST_SEED, hidden=True, help=_IDLE)]
 IdleQuick = Annotated[bool, typer.Option("--quick", hidden=True, help=_IDLE)]
 IdleQuiet = Annotated[bool, typer.Option("--quiet", hidden=True, help=_IDLE)]
 Out = Annotated[

@@ -30,6 +30,21 @@ def test_usage_found_wrong_later_ends_with_2(invoke: Invoke, workflow: Workflow)
     assert invoke("run", "drive").exit_code == 2
 
 
+def test_a_seed_that_no_posterior_can_hold_is_wrong_usage(
+    invoke: Invoke, workflow: Workflow
+) -> None:
+    assert invoke("run", "drive", "--seed", str(2**63 - 1)).exit_code == 0
+    assert invoke("run", "drive", "--seed", str(2**63)).exit_code == 2
+    assert len(workflow.calls) == 1  # refused before the work
+
+
+def test_the_package_runs_as_a_module() -> None:
+    asked = [sys.executable, "-m", "hdprog", "run"]
+    done = subprocess.run(asked, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("Usage: hdprog run")
+
+
 def test_not_converged_ends_with_4_with_the_report_written(
     invoke: Invoke, workflow: Workflow, tmp_path: Path
 ) -> None:
