@@ -181,7 +181,7 @@ def conclude(
     for doubt in doubts:
         typer.echo(f"Warning: {keyboard_signs(doubt)}", err=True)
     if as_json:
-        print_json(result.document())
+        print_json(_as_typed(result.document(), command))
     else:
         typer.echo(keyboard_signs(result.sentence))
         typer.echo(f"Report: {written}")
@@ -197,6 +197,13 @@ def conclude(
             err=True,
         )
         raise typer.Exit(ExitCode.NOT_CONVERGED)
+
+
+def _as_typed(document: dict[str, Any], command: str) -> dict[str, Any]:
+    """Give the document with the command in its provenance, as the file that was written has it."""
+    if "provenance" not in document:
+        return document
+    return {**document, "provenance": {**document["provenance"], "command": command}}
 
 
 def conclude_fits(

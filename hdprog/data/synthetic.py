@@ -16,7 +16,7 @@ from hdprog.data.wear_path import SCENARIOS, worn_parameters
 from hdprog.errors import BadInputError, UsageError
 from hdprog.physics.drive_model import predict
 from hdprog.physics.figures import FigureRequest, Operation, figures
-from hdprog.physics.parameters import FloatArray, Parameters
+from hdprog.physics.parameters import FloatArray, Parameters, in_support
 
 RATED_TORQUE = 63.0
 ALPHA = math.radians(30.0)
@@ -84,6 +84,16 @@ def _turning_torques(max_torque: float, cycles: int, *, one_sided: bool) -> list
     if turns[-1] != 0.0:
         turns.append(0.0)
     return turns
+
+
+def _require_drives(course: Mapping[str, FloatArray], hours: float) -> None:
+    """Refuse service hours by which wear has led out of what the drive model holds for."""
+    scattered = {**course, "mu": course["mu"] * math.exp(5 * REMOUNTING)}
+    if not in_support(scattered, ALPHA).all():
+        raise UsageError(
+            f"--hours: found {hours:g} h, by which the simulated drive is worn past what the model "
+            "holds for; expected fewer. Give fewer --hours, or --wear healthy."
+        )
 
 
 def measured_loop(
@@ -174,6 +184,7 @@ def write_drive_folder(
     grid = np.unique(np.concatenate([at, np.arange(0.0, HORIZON + 1, 5.0)]))
     wear = SCENARIOS[scenario].course(grid, rng)
     course = worn_parameters(wear)
+    _require_drives(course, hours)
     torque = torque_history(max_torque_Nm, samples, cycles, one_sided=one_sided)
     added = None
     if chosen:

@@ -36,7 +36,7 @@ def worn_parameters(wear: FloatArray) -> Parameters:
         "T_T": 30.0 * wear,
         "c": -1.177 + 0.025 * wear,
         "T_i": 115.5 * (70.2 / 115.5) ** wear,
-        "mu": 0.066 * (0.076 / 0.066) ** wear,
+        "mu": 0.066 * (0.076 / 0.066) ** np.minimum(wear, 1000.0),  # no overflow far past all use
     }
 
 

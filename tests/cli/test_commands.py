@@ -45,6 +45,15 @@ def test_json_stands_alone(invoke: Invoke, workflow: Workflow) -> None:
     assert Path("there/report.html").is_file()
 
 
+def test_json_names_the_command_that_the_file_names(
+    invoke: Invoke, workflow: Workflow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = {"provenance": {"command": "Python API", "quick": False}}
+    monkeypatch.setattr(workflow.outcome, "document", lambda: made, raising=False)
+    shown = json.loads(invoke("run", "drive", "--json").stdout)
+    assert shown == {"provenance": {"command": "hdprog run drive --json", "quick": False}}
+
+
 def test_demo_goes_on_to_the_users_own_file(invoke: Invoke, workflow: Workflow) -> None:
     shown = invoke("demo", "--out", "first")
     assert shown.exit_code == 0, shown.stderr
@@ -226,6 +235,21 @@ def test_simulate_refuses_an_effect_it_does_not_know(invoke: Invoke, tmp_path: P
     assert "torque_offset" in shown.stderr
     assert "slip_jump" in shown.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("hours", ["inf", "nan", "1.1e7"])
+def test_simulate_refuses_hours_that_no_table_of_tests_takes(invoke: Invoke, hours: str) -> None:
+    assert invoke("simulate", "--out", "drive", "--hours", hours).exit_code == 2
+    assert not Path("drive").exists()
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("hours", ["1e5", "1e7"])
+def test_simulate_refuses_hours_that_wear_a_drive_away(invoke: Invoke, hours: str) -> None:
+    shown = invoke("simulate", "--out", "drive", "--hours", hours)
+    assert shown.exit_code == 2
+    assert "Give fewer --hours, or --wear healthy" in shown.stderr
+    assert not Path("drive").exists()
 
 
 def test_simulate_says_what_effects_it_put_in(invoke: Invoke) -> None:
