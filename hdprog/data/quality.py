@@ -13,7 +13,7 @@ from hdprog.data.doubts import doubts
 from hdprog.data.loop import Loop
 from hdprog.data.noise_level import channel_noise, quantisation_step
 from hdprog.data.turning_points import turning_points
-from hdprog.data.usable import require_usable
+from hdprog.data.usable import require_numbers, require_usable
 
 __all__ = ["Quality", "assess"]
 
@@ -93,6 +93,7 @@ def assess(loop: Loop, drive: Drive | None = None) -> Quality:
         or an angle that falls as the torque rises.
     """
     torque = loop.torque
+    require_numbers(loop)
     turns = turning_points(torque, time=loop.time)
     require_usable(loop, turns)
     travel = np.abs(np.diff(torque[turns]))

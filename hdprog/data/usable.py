@@ -9,7 +9,7 @@ from hdprog.data.loop import Loop
 from hdprog.data.turning_points import smallest_swing
 from hdprog.errors import BadInputError
 
-__all__ = ["branch_coverage", "require_usable"]
+__all__ = ["branch_coverage", "require_numbers", "require_usable"]
 
 _FEWEST_SAMPLES = 20
 # A loading or unloading counts as full from here on; 1 would refuse a record that stops a little
@@ -17,7 +17,45 @@ _FEWEST_SAMPLES = 20
 _FULL_SHARE = 2.0 / 3.0
 _FALLING = -0.7  # correlation of torque and angle
 _COLDEST = -273.15  # °C
+_SMALLEST, _LARGEST = 1e-100, 1e100  # Nm and rad: beyond them squares leave what floats hold
 _SIDE_SHARE = 0.2  # of the largest torque: less on a side is noise or overshoot
+
+
+def require_numbers(loop: Loop) -> None:
+    """Refuse a record of too few samples, or of numbers that no loop can be computed from.
+
+    Parameters
+    ----------
+    loop : Loop
+        The record.
+
+    Raises
+    ------
+    BadInputError
+        Fewer than 20 samples, constant torque or angle, or numbers beyond what any drive can have.
+    """
+    if len(loop) < _FEWEST_SAMPLES:
+        raise BadInputError(
+            f"{len(loop)} sample{'' if len(loop) == 1 else 's'}",
+            loop.source,
+            f"at least {_FEWEST_SAMPLES}, and some hundred for a useful fit",
+            "Record more samples a loop.",
+        )
+    for name, values, unit in (("torque", loop.torque, "Nm"), ("angle", loop.angle, "rad")):
+        if np.abs(values).max() > _LARGEST or 0 < np.ptp(values) < _SMALLEST:
+            raise BadInputError(
+                f"{name} from {values.min():.6g} to {values.max():.6g} {unit}",
+                f"{loop.source}, {name}",
+                f"{name} that a drive can have",
+                "Check that the right column is read, with --columns, and its unit.",
+            )
+        if np.ptp(values) == 0:
+            raise BadInputError(
+                f"the same {name} of {values[0]:.6g} {unit} in all {len(loop)} samples",
+                f"{loop.source}, {name}",
+                f"{name} that changes",
+                "Check that the right column is read, with --columns, and that its sensor is on.",
+            )
 
 
 def require_usable(loop: Loop, turns: NDArray[np.intp]) -> None:
@@ -33,24 +71,9 @@ def require_usable(loop: Loop, turns: NDArray[np.intp]) -> None:
     Raises
     ------
     BadInputError
-        Fewer than 20 samples, constant torque or angle, less than one full loading and unloading,
-        an angle that falls as the torque rises, or a temperature below absolute zero.
+        Less than one full loading and unloading, an angle that falls as the torque rises, or a
+        temperature below absolute zero.
     """
-    if len(loop) < _FEWEST_SAMPLES:
-        raise BadInputError(
-            f"{len(loop)} sample{'' if len(loop) == 1 else 's'}",
-            loop.source,
-            f"at least {_FEWEST_SAMPLES}, and some hundred for a useful fit",
-            "Record more samples a loop.",
-        )
-    for name, values, unit in (("torque", loop.torque, "Nm"), ("angle", loop.angle, "rad")):
-        if np.ptp(values) == 0:
-            raise BadInputError(
-                f"the same {name} of {values[0]:.6g} {unit} in all {len(loop)} samples",
-                f"{loop.source}, {name}",
-                f"{name} that changes",
-                "Check that the right column is read, with --columns, and that its sensor is on.",
-            )
     low, high = float(loop.torque.min()), float(loop.torque.max())
     if high - low < smallest_swing(loop.torque, loop.time):
         raise BadInputError(

@@ -193,6 +193,16 @@ def test_a_sign_that_is_turned_round() -> None:
     assert "wrong sign" in warned(Loop(torque, -angle + 1.5 * noise))
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("by", [1e-300, 1e160, 1e308 / PEAK])
+def test_numbers_that_nothing_can_be_computed_from_are_refused(by: float) -> None:
+    torque, angle = two_sided()
+    with pytest.raises(BadInputError, match="expected torque that a drive can have"):
+        assess(Loop(torque * by, angle))
+    with pytest.raises(BadInputError, match="expected angle that a drive can have"):
+        assess(Loop(torque, angle / np.abs(angle).max() * (by * PEAK)))
+
+
 def test_a_temperature_below_absolute_zero_is_refused() -> None:
     torque, angle = two_sided()
     temperature = np.full(torque.size, 21.0)
