@@ -23,6 +23,11 @@ __all__ = ["Column", "find_columns", "find_selection"]
 
 
 _ISO_LIKE = re.compile(r"\s*\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}")
+# Torque and angle are those of the output, as measured: such a column is not to be put forward.
+_NOT_MEASURED = frozenset(
+    {"cmd", "command", "commanded", "control", "demand", "demanded", "desired", "input", "motor"}
+    | {"ref", "reference", "set", "setpoint", "target"}
+)
 
 
 @dataclass(frozen=True)
@@ -250,6 +255,17 @@ def _no_unit(without: Sequence[tuple[str, str]], where: str) -> BadInputError:
     )
 
 
+def _similar(headers: Sequence[str], role: str) -> str | None:
+    """The one column that the role may be; None where it is none, or one of several."""
+    found = []
+    for header in headers:
+        words = normalise_name(header).split("_")
+        taken = any(_candidates([header], other) for other in ROLES if other != role)
+        if role in words and not taken and _NOT_MEASURED.isdisjoint(words):
+            found.append(header)
+    return found[0] if len(found) == 1 else None
+
+
 def _no_column(
     headers: Sequence[str],
     missing: Sequence[str],
@@ -258,8 +274,7 @@ def _no_column(
 ) -> BadInputError:
     examples = {role: _example(role, header) for role, header in without_unit}
     for role in missing:
-        similar = [header for header in headers if role in normalise_name(header).split("_")]
-        examples[role] = _example(role, similar[0] if similar else "HEADER")
+        examples[role] = _example(role, _similar(headers, role) or "HEADER")
     return BadInputError(
         f"no column for the {' and the '.join(missing)} among {_listed(headers)}",
         where,
