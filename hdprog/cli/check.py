@@ -65,6 +65,7 @@ def _as_a_run_would(report: CheckReport, drive_file: Path | None) -> CheckReport
     from hdprog.data.tests_table import read_tests
     from hdprog.errors import BadInputError
     from hdprog.forecast.crossing import require_horizon_ahead
+    from hdprog.inference.catalogue import ratio_doubt
     from hdprog.inference.prior_file import name_of_model, require_prior
 
     try:
@@ -88,6 +89,9 @@ def _as_a_run_would(report: CheckReport, drive_file: Path | None) -> CheckReport
             f"No prior is known for model {drive.model}: it will be centred on the record. "
             "`hdprog prior list` shows the models that have one."
         )
+    ratio = ratio_doubt(drive.model, drive.ratio)
+    if ratio is not None:
+        warnings.append(ratio)
     return replace(
         report,
         lines=(

@@ -164,6 +164,25 @@ def model_key(model: str, *, types: bool = True) -> str | None:
     return f"{match[1]}-{int(match[2])}-{int(match[3])}".lower()
 
 
+def ratio_doubt(model: str | None, ratio: float | None) -> str | None:
+    """Say where a model's name has another ratio than the one declared; None where all is well.
+
+    Parameters
+    ----------
+    model, ratio : as declared; a ratio one above the model's is that of its circular spline
+    """
+    key = None if model is None else model_key(model)
+    if key is None or ratio is None:
+        return None
+    named = int(key.rpartition("-")[2])
+    if ratio in (named, named + 1):
+        return None
+    return (
+        f"The model {model} has the ratio {named}, and ratio = {ratio:g} is declared: prior and "
+        "catalogue figures are those of the model. Correct the one that is wrong in drive.toml."
+    )
+
+
 def find_gear(model: str, *, types: bool = True) -> CatalogueGear | None:
     """The entry of a model's name, or None where the catalogue has none; see `model_key`."""
     key = model_key(model, types=types)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from hdprog.inference.catalogue import ratio_doubt
 from hdprog.reporting import outlook
 from hdprog.reporting.rounding import hours
 from hdprog.reporting.words import capital, quantity, torque_words
@@ -13,8 +14,9 @@ _REACHED = 1.05  # times the largest torque of the tests: up to there nothing is
 
 
 def declared_words(result: DriveResult) -> list[str]:
-    """Sentences on limits beyond the recorded torque, and on a shutdown out of sight."""
-    return [*_limits_beyond(result), *_shutdown(result)]
+    """Sentences on another ratio than the model's, limits beyond the torque, a late shutdown."""
+    ratio = ratio_doubt(result.drive.model, result.drive.ratio)
+    return [*([ratio] if ratio else []), *_limits_beyond(result), *_shutdown(result)]
 
 
 def _limits_beyond(result: DriveResult) -> list[str]:

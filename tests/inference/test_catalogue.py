@@ -21,6 +21,7 @@ from hdprog.inference.catalogue import (
     gears,
     look_up,
     model_key,
+    ratio_doubt,
 )
 from hdprog.inference.catalogue_prior import (
     WIDTH_OF_THRESHOLD,
@@ -268,3 +269,22 @@ def test_the_catalogues_line_has_three_slopes() -> None:
     expected = np.cumsum([0, 7 / 3.1e4, 7 / 3.1e4, 34 / 5.0e4, 15 / 5.7e4])
     np.testing.assert_allclose(angle, expected)
     assert catalogue_curve(replace(prior, catalogue={}), torque) is None
+
+
+@pytest.mark.parametrize(
+    ("model", "ratio", "doubtful"),
+    [
+        ("CSF-25-80", 80.0, False),
+        ("CSF-25-80", 81.0, False),  # driven at the circular spline
+        ("csg-25-100-2UH", 100.0, False),
+        ("CSF-25-80", 100.0, True),
+        ("csg-25-100-2UH", 80.0, True),
+        ("CSF-25-80", None, False),
+        ("ZZZ", 80.0, False),
+        (None, 80.0, False),
+    ],
+)
+def test_another_ratio_than_the_models_is_told(
+    model: str | None, ratio: float | None, doubtful: bool
+) -> None:
+    assert (ratio_doubt(model, ratio) is not None) == doubtful

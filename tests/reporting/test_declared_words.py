@@ -22,6 +22,13 @@ def said(result: DriveResult) -> list[str]:
     return [spaced(text) for text in found]
 
 
+def test_another_ratio_than_the_models() -> None:
+    result = drives.single_fit()
+    result = replace(result, drive=replace(result.drive, model="CSF-25-80", ratio=100.0))
+    (told,) = said(result)
+    assert told.startswith("The model CSF-25-80 has the ratio 80, and ratio = 100 is declared")
+
+
 @pytest.mark.parametrize(("torque", "told"), [(14.0, False), (63.0, False), (500.0, True)])
 def test_a_stiffness_beyond_the_recorded_torque(torque: float, told: bool) -> None:
     limit = Limit("secant_stiffness_Nm_per_rad", 1e4, "below", torque)
