@@ -272,7 +272,8 @@ def predict(
     Raises
     ------
     BadInputError
-        if a parameter is missing or outside the hard support, or torque is not a finite series
+        if a parameter is missing or outside the hard support, torque is not a finite series, or
+        initial_slip is no number
     """
     missing = [name for name in NAMES if name not in parameters]
     if missing:
@@ -298,6 +299,13 @@ def predict(
             expected="stiffnesses > 0, a, T_T, T_i >= 0, c < 0, 0 < mu < min(tan alpha, cot alpha)"
             " and sin alpha + mu (cos alpha + c) > 0",
             advice="check signs and units",
+        )
+    if np.isnan(initial_slip).any():
+        raise BadInputError(
+            found="initial_slip that is no number",
+            where="argument initial_slip",
+            expected="the slip y before the first sample",
+            advice="pass a number, or leave it out for 0",
         )
     angle = torsion_angle(TorquePath.exact(torque), values, alpha, tooth_mesh, initial_slip)
     single = all(value.ndim == 0 for value in values.values()) and np.ndim(initial_slip) == 0

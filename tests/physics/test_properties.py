@@ -88,6 +88,13 @@ def test_fast_slip_equals_the_sample_by_sample_operator(
     np.testing.assert_allclose(found, elastic + math.tan(ALPHA) * expected, atol=1e-13)
 
 
+def test_an_initial_slip_that_is_no_number_is_refused() -> None:
+    with pytest.raises(BadInputError, match="initial_slip that is no number"):
+        predict(np.array([0.0, 1.0]), POST_TEST, initial_slip=math.nan)
+    envelope = predict(np.array([0.0]), POST_TEST, initial_slip=math.inf)  # clipped like any other
+    assert envelope == pytest.approx([4.348585e-05], rel=1e-6)
+
+
 @given(STATES, st.floats(5, 100), st.floats(0.1, 0.9), st.floats(0.1, 0.9))
 @settings(max_examples=40, deadline=None)
 def test_minor_loops_close(state: dict[str, float], top: float, start: float, depth: float) -> None:
