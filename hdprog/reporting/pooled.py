@@ -40,9 +40,20 @@ def pooled_errors(
     )
 
 
+_NO_SIGN = 0.99
+"""P-value from which a test tells nothing: 1 itself would outweigh all others in the sum."""
+
+
 def joined_p_value(p_values: Sequence[float]) -> float:
-    """P-value of all tests together, from that of each; equal ones join to themselves."""
-    inside = np.clip(p_values, 1e-12, 1.0 - 1e-12)
+    """P-value of all tests together, from that of each; equal ones join to themselves.
+
+    A coordinate that predicts nothing in a test has 1 there, as has much after the correction for
+    the number of coordinates: the sum is cut off at that end (Fang et al., Statist. Sinica 33,
+    2023), or one such test would silence any number of clear ones.
+    """
+    if min(p_values) >= _NO_SIGN:
+        return float(min(p_values))
+    inside = np.clip(p_values, 1e-12, _NO_SIGN)
     return float(0.5 - np.arctan(np.mean(np.tan((0.5 - inside) * np.pi))) / np.pi)
 
 

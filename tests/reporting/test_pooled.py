@@ -30,3 +30,15 @@ def test_false_alarms_are_as_many_as_stated(alike: float) -> None:
     own = np.sqrt(1.0 - alike) * rng.standard_normal((4000, 8))
     share = np.mean([joined_p_value(row) < 0.05 for row in ndtr(common + own)])
     assert 0.02 < share < 0.064
+
+
+def test_a_test_that_tells_nothing_does_not_silence_clear_ones() -> None:
+    assert joined_p_value([0.005] * 5 + [1.0]) < 0.01
+    assert joined_p_value([1.0, 1.0]) == 1.0
+
+
+def test_false_alarms_stay_few_where_most_tests_have_one() -> None:
+    """Corrected p-values that stop at 1 in most tests: what is cut off adds no false alarms."""
+    rng = np.random.default_rng(3)
+    own = np.minimum(7.0 * rng.random((4000, 6)), 1.0)
+    assert np.mean([joined_p_value(row) < 0.05 for row in own]) < 0.064
