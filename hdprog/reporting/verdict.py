@@ -223,9 +223,9 @@ def _coming(forecast: Forecast, subject: tuple[str, str]) -> str:
     horizon = hours(forecast.horizon_hours)
     if outlook.risk_now(forecast) >= _LIKELY_ENOUGH:
         risk = percent(outlook.risk_now(forecast))
-        later = percent(1.0 - forecast.probability_crossed_by_horizon)
+        chance = percent(forecast.probability_crossed_by_horizon)
         when = (
-            f"later than {horizon} with a probability of {later}"
+            f"by {horizon} with a probability of {chance}"
             if late is None
             else f"before {hours_up(late, spread)} (95 %)"
         )

@@ -338,7 +338,7 @@ def test_what_may_be_passed_already_is_not_said_to_come() -> None:
     ]
     later = replace(changed, remaining_hours=changed.remaining_hours | {0.95: None})
     _, sentences = words(replace(result, forecasts=(later,)))
-    assert sentences[0].startswith("Lost motion is forecast to pass 2 arcmin later than 20 000 h")
+    assert sentences[0].startswith("Lost motion is forecast to pass 2 arcmin by 20 000 h with")
     assert sentences[0].endswith("; with a probability of 30 % that has happened already.")
 
 
