@@ -9,6 +9,7 @@ THIN_SPACE = "\u202f"
 MINUS = "\u2212"
 """The sign of negative numbers on pages and in pictures."""
 _SLACK = 1e-9  # a number that lies on a step up to floating point is on it
+_LEAST_OF_FAR_END = 0.01
 _MOST_DIGITS = 7  # significant ones: more are never of use, however small the uncertainty
 _LEAST_WRITTEN_OUT = 0.01  # a number from here on has at most six decimals and no power of ten
 
@@ -92,13 +93,20 @@ def significant(value: float | None, digits: int = 3) -> str:
 
 
 def interval(low: float, middle: float, high: float) -> tuple[str, str, str]:
-    """Three quantiles to the digits that half the interval allows."""
+    """Three quantiles to the digits that half the interval allows.
+
+    Half of a long one can be more than its near end: where no end is past zero that end, if it is
+    more than a hundredth of the far one, keeps a digit, as a stiffness of 0 is none.
+    """
     uncertainty = (high - low) / 2.0
-    return (
-        rounded(low, uncertainty),
-        rounded(middle, uncertainty),
-        rounded(high, uncertainty),
-    )
+    worth = _LEAST_OF_FAR_END * max(abs(low), abs(high)) if low * high > 0 else math.inf
+
+    def shown(value: float) -> str:
+        text = rounded(value, uncertainty)
+        gone = abs(value) >= worth and not text.strip("-0." + MINUS)
+        return significant(value, 1) if gone else text
+
+    return shown(low), shown(middle), shown(high)
 
 
 def hours(value: float, uncertainty: float | None = None) -> str:

@@ -112,3 +112,10 @@ def test_next_to_no_uncertainty_does_not_make_endless_digits() -> None:
 )
 def test_a_risk_is_told_from_the_accepted_one(risk: float, accepted: float, text: str) -> None:
     assert spaced(percent_beside(risk, accepted)) == text
+
+
+def test_the_near_end_of_a_long_interval_is_not_said_to_be_zero() -> None:
+    assert interval(37e3, 110e3, 710e3)[0] == "40\u202f000"
+    assert interval(0.3, 5.2, 22.0)[0] == "0.3"
+    assert interval(1e-3, 5.2, 22.0)[0] == "0"
+    assert interval(-0.3, 5.2, 22.0)[0] == "0"
