@@ -167,7 +167,7 @@ def _figures(result: DriveResult) -> str:
 
 
 def _trend(trend: TrendSummary) -> str:
-    carried = [_HYPERPARAMETERS.get(n, spoken(n)).split(":")[0] for n in trend.carried_by_prior]
+    carried = [spoken(name) for name in trend.carried_by_prior]
     told = (
         f" The tests hardly moved these, which the prior carries: {listed(carried)}."
         if carried
@@ -192,7 +192,7 @@ def _trend(trend: TrendSummary) -> str:
         )
     told += _exactness(trend.diagnostics)
     doubt = "" if trend.converged else " The trend did not converge: its numbers are provisional."
-    return f"{trend.model.rstrip('.')}.{told}{doubt}"
+    return f"{capital(trend.model).rstrip('.')}.{told}{doubt}"
 
 
 def _exactness(diagnostics: Mapping[str, float]) -> str:
