@@ -217,10 +217,14 @@ def _within_blocks(
     return found if found.agrees(float(residual @ residual), degrees) else None
 
 
+_SPOKEN = {"branch": "torque in each direction", "order": "the order of the readings"}
+
+
 def _figures_leave_out(likelihood: LoopLikelihood) -> str:
     names = [effect.id.replace("_", " ") for effect in likelihood.effects]
     if (term := likelihood.noise.term) is not None:
-        names.append(f"the empirical curve over {term.coordinate.replace('_', ' ')}")
+        along = _SPOKEN.get(term.coordinate, term.coordinate.replace("_", " "))
+        names.append(f"the empirical curve over {along}")
     listed = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
     said = (
         "The figures of merit are those of the eight parameters: what "

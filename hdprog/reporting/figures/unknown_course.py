@@ -99,6 +99,7 @@ def _action(name: str) -> str:
         "time": "the same moment of the record",
         "order": "the same moment of the record",
         "torque": "the same torque",
+        "branch": "the same torque",
         "angle": "the same torsion angle",
         "output_angle": "the same output angle",
         "temperature": "the same temperature",

@@ -162,8 +162,8 @@ def _carriers(found: Explanation | DriveExplanation) -> Part | None:
         said = "No single coordinate carries a tenth of the residual beyond what chance would."
     else:
         said = (
-            f"The residual of the drive model alone goes with {coordinate(most.coordinate).name} "
-            f"more than with anything else, which carries {_share(most.fraction)} of it."
+            f"The residual of the drive model alone goes most with "
+            f"{coordinate(most.coordinate).name}, which carries {_share(most.fraction)} of it."
         )
     over = " Over all tests: mean share, and their p-values joined."
     return Part(
