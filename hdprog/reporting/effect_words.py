@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -180,8 +181,8 @@ def found_words(explanation: Explanation | DriveExplanation) -> str | None:
 def remaining_cells(levels: Mapping[float, float | None]) -> tuple[str, str, str]:
     """Hours left at 5, 50 and 95 %, to the digits that they allow; "later" past the horizon."""
     early, middle, late = (levels.get(level) for level in (0.05, 0.50, 0.95))
-    inside = [value for value in (early, middle, late) if value is not None]
-    spread = max((inside[-1] - inside[0]) / 2.0, 1.0) if inside else 1.0
+    # Where the late end is past the horizon, the wait for the early one bounds its digits.
+    spread = math.inf if early is None or late is None else max((late - early) / 2.0, 1.0)
     return (
         "later" if early is None else hours(date_down(early, 0.0, spread)),
         "later" if middle is None else hours(middle, about_middle(middle, early, late)),

@@ -16,6 +16,7 @@ from hdprog.reporting.words import capital, figure_interval, listed, quantity
 from hdprog.results import LEVELS, DriveResult, TestResult, TrendSummary
 
 _CLEAR = 2.0  # standard deviations of the difference from which a change is said to be clear
+_TENTH = 0.2  # the uncertainty with which a number is rounded to a tenth
 _NONE = "–"
 _UNMOVED = "none of the figures that matter here has moved"
 
@@ -75,7 +76,7 @@ def _row(key: str, before: TestResult, now: TestResult) -> Row:
     change, spread = new[0.50] - old[0.50], _spread(old, new)
     shift = _shift(old, new)
     difference = rounded(named.factor * change, named.factor * spread)
-    share = "" if old[0.50] == 0 else f"{_signed(grouped(100.0 * change / old[0.50], 1))} %"
+    share = "" if old[0.50] == 0 else f"{_signed(_percent(change, spread, old[0.50]))} %"
     cells = (
         _levels(key, old),
         _levels(key, new),
@@ -83,6 +84,11 @@ def _row(key: str, before: TestResult, now: TestResult) -> Row:
         _words(shift),
     )
     return Row(capital(named.head), cells)
+
+
+def _percent(change: float, spread: float, old: float) -> str:
+    """Per cent of the old value to the digits that the spread allows, a tenth at most."""
+    return rounded(100.0 * change / old, max(100.0 * spread / abs(old), _TENTH))
 
 
 def _levels(key: str, levels: Mapping[float, float]) -> Value:
