@@ -149,6 +149,23 @@ def waiting_hours(forecast: Forecast, count: int = 6) -> list[float]:
     return [value for value in hours if value <= min(end + step, forecast.horizon_hours)]
 
 
+def deciding_risks(result: DriveResult) -> list[tuple[float, float]]:
+    """Service hours and the risk by then: round ones, the shutdown and the inspection.
+
+    The round ones alone can all lie past the hour at which something has to be done.
+    """
+    main, ahead = overall(result.forecasts), shutdown_ahead(result)
+    if main is None:
+        return []
+    due = None if due_now(main) else inspection_hours(main)
+    stated = {at: risk_at(main, at) for at in waiting_hours(main)}
+    if due is not None:
+        stated[due] = min(risk_at(main, due), main.acceptable_risk)
+    if ahead is not None and ahead[0] <= main.horizon_hours:
+        stated[ahead[0]] = ahead[1]
+    return sorted(stated.items())
+
+
 def shutdown_ahead(result: DriveResult) -> tuple[float, float] | None:
     """Service hours of the next shutdown and the risk by then; None if none lies ahead."""
     main, at = overall(result.forecasts), result.drive.forecast.next_shutdown_hours

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from hdprog.reporting import outlook
 from hdprog.reporting.build import build_report
 from hdprog.reporting.summary import summary_json
 from hdprog.results import DriveResult
@@ -182,7 +183,7 @@ def test_a_quick_run_is_marked() -> None:
 
 def test_what_the_prior_carried_is_said() -> None:
     text = Page(build_report(drives.wearing(count=3))).text
-    assert "which the prior carries: random wear, shared by all parameters and wear grows" in text
+    assert "which the prior carries: volatility and clock exponent." in text
 
 
 def test_risk_over_time_is_tabled_in_rising_order() -> None:
@@ -219,3 +220,22 @@ def test_figures_with_lasting_effects_stand_below_those_without() -> None:
     assert summary_json(told)["tests"][0]["figures_with_effects"] == {
         "lost_motion_arcmin": {"q05": 1.25, "q25": 1.25, "q50": 1.25, "q75": 1.25, "q95": 1.25}
     }
+
+
+def test_the_risk_of_waiting_is_told_at_the_hours_at_which_something_is_to_be_done() -> None:
+    """Round hours alone can all lie past the inspection where little is known of the date."""
+    result = drives.wearing(crossing=9_000.0, spread=4_500.0, never=0.3, samples=600)
+    main = result.forecasts[0]
+    due, told = outlook.inspection_hours(main), dict(outlook.deciding_risks(result))
+    assert due is not None
+    assert min(outlook.waiting_hours(main)) > due
+    assert told[due] <= main.acceptable_risk
+    assert told[drives.SHUTDOWN] == main.probability_crossed_by_shutdown
+
+
+def test_a_risk_beside_the_accepted_one_is_told_from_it_everywhere() -> None:
+    result = drives.wearing(samples=600)
+    close = replace(result.forecasts[0], probability_crossed_by_shutdown=0.054)
+    text = Page(build_report(replace(result, forecasts=(close,)))).text
+    assert "risk 5 % by the next shutdown" not in text
+    assert text.count("5.4 %") >= 3

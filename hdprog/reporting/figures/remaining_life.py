@@ -11,7 +11,14 @@ from hdprog.reporting import outlook
 from hdprog.reporting.axes import PERCENT, Event, hour_axis, mark_events
 from hdprog.reporting.crossing_density import crossing_density
 from hdprog.reporting.picture_data import PictureData
-from hdprog.reporting.rounding import THIN_SPACE, hours, hours_up, percent, share
+from hdprog.reporting.rounding import (
+    THIN_SPACE,
+    hours,
+    hours_up,
+    percent,
+    percent_beside,
+    share,
+)
 from hdprog.reporting.style import (
     FIT,
     INK,
@@ -243,7 +250,7 @@ def _events(main: Forecast, shutdown_hours: float | None) -> list[Event]:
         text = f"next shutdown {hours(shutdown_hours)}"
         risk = main.probability_crossed_by_shutdown
         if risk is not None:
-            text += f": {percent(risk)}"
+            text += f": {percent_beside(risk, main.acceptable_risk)}"
         events.append(Event(shutdown_hours, text, SHUTDOWN, "--"))
     return events
 
@@ -252,11 +259,15 @@ def _alt(main: Forecast, shutdown_hours: float | None) -> str:
     what = "the first limit" if main.limit is None else outlook.limit_words(main.limit)
     parts = []
     if shutdown_hours is not None and main.probability_crossed_by_shutdown is not None:
-        risk = percent(main.probability_crossed_by_shutdown)
+        risk = percent_beside(main.probability_crossed_by_shutdown, main.acceptable_risk)
         parts.append(f"risk {risk} by the next shutdown at {hours(shutdown_hours)}")
     inspect = outlook.inspection_hours(main)
     if inspect is not None:
-        parts.append(f"accepted risk of {share(main.acceptable_risk)} reached at {hours(inspect)}")
+        when = f"not reached before {hours(inspect)}"  # which is rounded down
+        if outlook.due_now(main):
+            over = outlook.risk_now(main) >= main.acceptable_risk
+            when = "reached already" if over else "reached within the hour"
+        parts.append(f"accepted risk of {share(main.acceptable_risk)} {when}")
     median = outlook.crossing_hours(main).get(0.50)
     if median is not None:
         parts.append(f"even odds at {hours(median, outlook.spread_about_median(main))}")

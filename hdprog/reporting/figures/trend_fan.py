@@ -13,7 +13,7 @@ from hdprog.reporting import outlook
 from hdprog.reporting.axes import THOUSANDS, Event, hour_axis, mark_events
 from hdprog.reporting.crossing_density import crossing_density
 from hdprog.reporting.figures.trend_numbers import trend_numbers
-from hdprog.reporting.rounding import hours, hours_up
+from hdprog.reporting.rounding import hours, hours_up, percent
 from hdprog.reporting.style import (
     BAND,
     FIT,
@@ -34,7 +34,7 @@ from hdprog.reporting.words import (
     threshold_words,
     with_unit,
 )
-from hdprog.results import FigureTrend, Forecast, TestResult
+from hdprog.results import LEVELS, FigureTrend, Forecast, TestResult
 
 _HILL = 0.16  # height of the density, as a part of the axis
 
@@ -281,10 +281,17 @@ def _alt(trend: FigureTrend, forecast: Forecast, limit: Limit) -> str:
     )
     crossing, spread = outlook.crossing_hours(forecast), outlook.spread(forecast)
     early, late = crossing.get(0.05), crossing.get(0.95)
+    risk = percent(outlook.risk_now(forecast))
     if forecast.already_crossed:
-        return text + "It is past it already."
+        return text + f"It is passed already with a probability of {risk}."
     if early is None:
-        return text + f"It is not passed before {hours(forecast.horizon_hours)} with 95 %."
+        stays = percent(1.0 - forecast.probability_crossed_by_horizon)
+        return text + f"It is not passed before {hours(forecast.horizon_hours)} ({stays})."
+    if outlook.risk_now(forecast) >= 1.0 - LEVELS[-1]:
+        by = forecast.horizon_hours if late is None else late
+        chance = percent(forecast.probability_crossed_by_horizon) if late is None else "95 %"
+        end = hours(by) if late is None else hours_up(by, spread)
+        return text + f"It is passed by {end} ({chance}), already with a probability of {risk}."
     until = (
         f"a time later than {hours(forecast.horizon_hours)}"
         if late is None

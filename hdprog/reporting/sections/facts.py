@@ -58,7 +58,7 @@ def _inspection(main: Forecast) -> Fact:
     if at is None:
         note = f"the risk stays below {share(main.acceptable_risk)} until then"
         return Fact("Inspection", f"not before {hours(main.horizon_hours)}", note)
-    note = f"{hours(at - main.now_hours)} from now; the risk then reaches "
+    note = f"{hours(at - main.now_hours)} from now; till then the risk is within "
     return Fact("Inspect before", hours(at), note + share(main.acceptable_risk))
 
 

@@ -35,7 +35,7 @@ def _row(result: DriveResult, forecast: Forecast, shutdown: float | None) -> Row
     cells: list[Cell] = [_now(result, forecast), _passed(forecast)]
     if shutdown is not None:
         risk = forecast.probability_crossed_by_shutdown
-        cells.append("–" if risk is None else percent(risk))
+        cells.append("–" if risk is None else percent_beside(risk, forecast.acceptable_risk))
     cells.append(percent(forecast.probability_crossed_by_horizon))
     cells.append(_inspect(forecast))
     return Row(name, tuple(cells))
@@ -82,17 +82,11 @@ def waiting_table(result: DriveResult) -> Table | None:
     main = outlook.overall(result.forecasts)
     if main is None or main.already_crossed:
         return None
-    rows = [
-        Row(
-            hours(at),
-            (
-                hours(at - main.now_hours),
-                percent_beside(outlook.risk_at(main, at), main.acceptable_risk),
-                "within" if outlook.risk_at(main, at) <= main.acceptable_risk else "above",
-            ),
-        )
-        for at in outlook.waiting_hours(main)
-    ]
+    accepted, rows = main.acceptable_risk, []
+    for at, risk in outlook.deciding_risks(result):
+        beside = "within" if risk <= accepted else "above"
+        cells = (hours(at - main.now_hours), percent_beside(risk, accepted), beside)
+        rows.append(Row(hours(at), cells))
     return Table.flat(
         "If nothing is done: the risk that a limit has been passed by then.",
         ("service hours", "from now", "risk", "accepted risk"),
