@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from hdprog.reporting.outlook import AT_ONCE
 from hdprog.reporting.rounding import (
     about_middle,
     date_down,
@@ -16,10 +17,18 @@ from hdprog.reporting.rounding import (
 LATER = "past the horizon"
 
 
-def spread(levels: Mapping[str, float | None]) -> float | None:
-    """Give half the 90 % interval; None where an end is past the horizon."""
+def spread(levels: Mapping[str, float | None], ahead: float | None = None) -> float:
+    """Give the uncertainty in hours with which dates are rounded: half the 90 % interval.
+
+    Parameters
+    ----------
+    levels : remaining hours
+    ahead : hours from now to the horizon, which stand for a late end that is past it; without them
+        such an interval is without end, and a date is rounded as far down as dates are
+    """
     low, high = levels.get("q05"), levels.get("q95")
-    return None if low is None or high is None else (high - low) / 2.0
+    late = ahead if high is None else high
+    return math.inf if late is None else max((late - (low or 0.0)) / 2.0, 1.0)
 
 
 def middle_words(levels: Mapping[str, float | None], start: float = 0.0) -> str:
@@ -30,15 +39,21 @@ def middle_words(levels: Mapping[str, float | None], start: float = 0.0) -> str:
     return hours(start + value, about_middle(value, levels.get("q05"), levels.get("q95")))
 
 
-def interval_words(levels: Mapping[str, float | None], start: float = 0.0) -> str:
-    """Say the 90 % interval: its early end rounded down, not to before `start`, its late end up."""
-    low, high, around = levels.get("q05"), levels.get("q95"), spread(levels)
+def interval_words(
+    levels: Mapping[str, float | None], start: float = 0.0, horizon: float | None = None
+) -> str:
+    """Say the 90 % interval: its early end rounded down, not to before `start`, its late end up.
+
+    `horizon` is counted as `start` is; see `inspect_words`.
+    """
+    low, high = levels.get("q05"), levels.get("q95")
     if low is None:
         return LATER
-    if high is None or around is None:
-        return f"{hours(date_down(start + low, start, math.inf))} to {LATER}"
-    early = without_unit(hours(date_down(start + low, start, around)))
-    return f"{early} to {hours_up(start + high, around)}"
+    around = spread(levels, None if horizon is None else horizon - start)
+    early = hours(date_down(start + low, start, around))
+    if high is None:
+        return f"{early} to {LATER}"
+    return f"{without_unit(early)} to {hours_up(start + high, around)}"
 
 
 def inspect_words(
@@ -47,15 +62,13 @@ def inspect_words(
     levels: Mapping[str, float | None],
     horizon: float | None = None,
 ) -> str:
-    """Say by which service hour to inspect, rounded down as in the report, not to before now.
+    """Say by which service hour to inspect, in the words of the report, not to before now.
 
-    Where the late end lies past the horizon the report rounds by the horizon; without it, the date
-    is rounded as far down as dates are.
+    Where the late end lies past the horizon the report rounds by the horizon; without it, as of
+    forecasts that earlier versions kept, the date is rounded as far down as dates are.
     """
     if at is None:
         return LATER
-    low, high = levels.get("q05"), levels.get("q95")
-    late = high if high is not None or horizon is None else horizon - now
-    if late is None:
-        return hours(date_down(at, now, math.inf))
-    return hours(date_down(at, now, max((late - (low or 0.0)) / 2.0, 1.0)))
+    if at <= now + AT_ONCE:
+        return "now"
+    return hours(date_down(at, now, spread(levels, None if horizon is None else horizon - now)))

@@ -117,6 +117,7 @@ def _forecast(analysis: str, position: int, one: Mapping[str, Any]) -> ForecastR
         direction=one["direction"],
         at_torque_Nm=one["at_torque_Nm"],
         now_hours=one["now_hours"],
+        horizon_hours=one["horizon_hours"],
         already_crossed=one["already_crossed"],
         inspect_before_hours=one["inspect_before_hours"],
         probability_crossed_by_shutdown=one["probability_crossed_by_shutdown"],

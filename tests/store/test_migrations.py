@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import multiprocessing
+from datetime import UTC, datetime
 from multiprocessing.synchronize import Barrier
 from pathlib import Path
 
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
-from sqlalchemy import inspect
+from sqlalchemy import MetaData, insert, inspect, select
 
 from hdprog.errors import UsageError
 from hdprog.store.database import Database, newest_revision, normalised
 from hdprog.store.store import Store
-from hdprog.store.tables import Base
+from hdprog.store.tables import Base, ForecastRow
 
 
 def tables_of(database: Database) -> set[str]:
@@ -41,6 +42,36 @@ def test_the_steps_make_the_tables_that_the_program_expects(database_url: str) -
     with database.engine.connect() as connection:
         context = MigrationContext.configure(connection, opts={"compare_type": True})
         assert compare_metadata(context, Base.metadata) == []
+    database.close()
+
+
+def test_forecasts_of_an_older_program_are_kept_and_have_no_horizon(database_url: str) -> None:
+    database = Database(database_url)
+    database.upgrade("0002")
+    made = datetime(2026, 3, 9, tzinfo=UTC)
+    old = MetaData()
+    with database.engine.begin() as connection:
+        old.reflect(connection)
+        drive = dict.fromkeys(("settings", "remaining", "sparkline"), "{}")
+        drive |= dict.fromkeys(("rank", "rank_hours", "warnings", "tests", "id"), 1)
+        drive |= dict.fromkeys(("name", "created_by", "status", "label", "sentence"), "one")
+        drive |= {"created_at": made, "provisional": False}
+        analysis = {"id": "a", "drive_id": 1, "created_at": made, "hdprog_version": "0"}
+        analysis |= {"quick": False, "converged": True, "status": "plan", "verdict": ""}
+        forecast = {"id": 1, "analysis_id": "a", "position": 0, "quantity": "first_limit"}
+        forecast |= {"now_hours": 900.0, "already_crossed": False, "inspect_before_hours": 1310.0}
+        forecast |= {"remaining_hours": {"q05": 410.0}}
+        for table, row in (("drives", drive), ("analyses", analysis), ("forecasts", forecast)):
+            connection.execute(insert(old.tables[table]).values(**row))
+    for _ in range(2):
+        database.upgrade()
+        with database.reading() as session:
+            [kept] = session.scalars(select(ForecastRow)).all()
+            assert kept.horizon_hours is None
+            assert (kept.inspect_before_hours, kept.remaining_hours) == (1310.0, {"q05": 410.0})
+        database.downgrade("0002")
+    columns = inspect(database.engine).get_columns("forecasts")
+    assert "horizon_hours" not in {column["name"] for column in columns}
     database.close()
 
 

@@ -61,7 +61,10 @@ class EffectRow(Base):
 
 
 class ForecastRow(Base):
-    """The forecast of one limit in one analysis; hours past the horizon are null."""
+    """The forecast of one limit in one analysis; hours past the horizon are null.
+
+    `horizon_hours` is null of analyses that earlier versions of the program recorded.
+    """
 
     __tablename__ = "forecasts"
     __table_args__ = (UniqueConstraint("analysis_id", "position"),)
@@ -74,6 +77,7 @@ class ForecastRow(Base):
     direction: Mapped[str | None] = mapped_column(String(40))
     at_torque_Nm: Mapped[float | None]
     now_hours: Mapped[float]
+    horizon_hours: Mapped[float | None]
     already_crossed: Mapped[bool]
     inspect_before_hours: Mapped[float | None]
     probability_crossed_by_shutdown: Mapped[float | None]
