@@ -97,7 +97,7 @@ class Analysis:
             return
         self._said = (stage, moment)
         with suppress(OperationalError), self.store.writing() as session:
-            job = jobs.find_job(session, self.job_id)
+            job = jobs.find_job(session, self.job_id, alone=True)
             if job is None or not jobs.advance(session, job, self.attempt, stage, done):
                 raise _CalledOffError
 
@@ -106,7 +106,7 @@ class Analysis:
 
         def write() -> None:
             with self.store.writing() as session:
-                job = jobs.find_job(session, self.job_id)
+                job = jobs.find_job(session, self.job_id, alone=True)
                 if job is not None:
                     jobs.fail(session, job, self.attempt, words)
 
@@ -127,7 +127,7 @@ class Analysis:
         with self.store.writing() as session:
             if session.get(AnalysisRow, number) is not None:
                 return None  # kept by the try before, whose answer was lost on its way
-            job = jobs.find_job(session, self.job_id)
+            job = jobs.find_job(session, self.job_id, alone=True)
             if job is None or not jobs.finish(session, job, self.attempt, number):
                 raise _CalledOffError
             replaced = analyses.record(session, job, number, tests, summary, standing(summary))
@@ -138,7 +138,7 @@ class Analysis:
     def _nothing_left(self) -> None:
         """Take back what was said of a drive whose tests were all removed."""
         with self.store.writing() as session:
-            job = jobs.find_job(session, self.job_id)
+            job = jobs.find_job(session, self.job_id, alone=True)
             if job is None or not jobs.finish(session, job, self.attempt, None):
                 return
             analyses.forget_standing(session.get_one(DriveRow, job.drive_id))

@@ -173,13 +173,13 @@ def _run_next(store: Store, settings: WorkerSettings, entry: str, stop: threadin
 
     def fail(words: str) -> None:
         with store.writing() as session:
-            job = jobs.find_job(session, job_id)
+            job = jobs.find_job(session, job_id, alone=True)
             if job is not None:
                 jobs.fail(session, job, attempt, words)
 
     def set_back() -> None:
         with suppress(DBAPIError), store.writing() as session:
-            job = jobs.find_job(session, job_id)
+            job = jobs.find_job(session, job_id, alone=True)
             if job is not None:
                 jobs.set_back(session, job, attempt)
 

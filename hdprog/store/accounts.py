@@ -93,10 +93,8 @@ def change_user(
     BadInputError
         where nobody would be left to manage accounts
     """
-    others = select(UserRow).where(
-        UserRow.role == "admin", UserRow.disabled.is_(False), UserRow.id != user.id
-    )
-    if (role != "admin" or disabled) and user.role == "admin" and not session.scalar(others):
+    leaves = (role != "admin" or disabled) and user.role == "admin"
+    if leaves and not [one for one in _administrators_alone(session) if one != user.id]:
         raise BadInputError(
             f"{user.name} as the only administrator",
             "account",
@@ -106,6 +104,15 @@ def change_user(
     user.role, user.disabled = role, disabled
     _log_out(session, user)
     note(session, actor, "user changed", user.name, role=role, disabled=disabled)
+
+
+def _administrators_alone(session: Session) -> Sequence[int]:
+    """Give the numbers of who manages accounts; others who change one wait until this is done.
+
+    Two administrators who demote each other in one instant would leave none.
+    """
+    asked = select(UserRow.id).where(UserRow.role == "admin", UserRow.disabled.is_(False))
+    return session.scalars(asked.order_by(UserRow.id).with_for_update()).all()
 
 
 def find_user(session: Session, name: str) -> UserRow | None:

@@ -30,20 +30,30 @@ def add_job(session: Session, actor: Actor, drive: DriveRow, test: TestRow | Non
     return job
 
 
-def find_job(session: Session, number: str) -> JobRow | None:
-    """Find a job by its number."""
-    return session.get(JobRow, number)
+def find_job(session: Session, number: str, *, alone: bool = False) -> JobRow | None:
+    """Find a job by its number.
+
+    Parameters
+    ----------
+    session : for looking up, or of a change
+    number : the job's
+    alone : others who change the job wait until this change is done; for whatever tells by a job's
+        state what becomes of it
+    """
+    asked = select(JobRow).where(JobRow.id == number)
+    return session.scalar(asked.with_for_update(of=JobRow) if alone else asked)
 
 
 def next_job(session: Session, number: str) -> JobRow | None:
-    """Find the oldest open job of the drive that a job belongs to.
+    """Find the oldest open job of the drive that a job belongs to; others who change it wait.
 
     The queue's own clock ticks in seconds: which of a drive's entries comes out first is left open
     where they went in together. What is done first is settled here.
     """
     drive = select(JobRow.drive_id).where(JobRow.id == number).scalar_subquery()
     asked = select(JobRow).where(JobRow.drive_id == drive, JobRow.state.in_(OPEN))
-    return session.scalars(asked.order_by(JobRow.created_at).limit(1)).first()
+    asked = asked.order_by(JobRow.created_at).limit(1).with_for_update(of=JobRow)
+    return session.scalars(asked).first()
 
 
 def jobs_of(session: Session, drive: DriveRow, count: int = 10) -> Sequence[JobRow]:
@@ -152,12 +162,14 @@ def finish_covered(session: Session, job: JobRow, analysis: str) -> int:
     """
     fitted = select(FitRow.test_id).where(FitRow.analysis_id == analysis)
     waiting = session.scalars(
-        select(JobRow).where(
+        select(JobRow)
+        .where(
             JobRow.drive_id == job.drive_id,
             JobRow.state == "queued",
             JobRow.test_id.in_(fitted),
             JobRow.created_at <= job.started_at,
         )
+        .with_for_update(of=JobRow)
     ).all()
     for one in waiting:
         one.state, one.stage, one.progress = "done", "done", 1.0

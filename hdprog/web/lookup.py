@@ -78,15 +78,21 @@ def test_to_change(session: Session, name: str) -> TestRow:
     return test_named(session, name)
 
 
-def job_numbered(session: Session, number: str) -> JobRow:
+def job_numbered(session: Session, number: str, *, alone: bool = False) -> JobRow:
     """Find a job.
+
+    Parameters
+    ----------
+    session : for looking up, or of a change
+    number : the job's
+    alone : others who change the job wait until this change is done
 
     Raises
     ------
     UnknownError
         where there is none
     """
-    job = find_job(session, number)
+    job = find_job(session, number, alone=alone)
     if job is None:
         raise UnknownError(
             f"job: found no job {number}; expected one that an upload gave. Look at the drive's "

@@ -26,7 +26,7 @@ def job_state(request: Request, who: ReadingProgram, job_id: JobNumber) -> JobSt
 def cancel_job(request: Request, who: WritingProgram, job_id: JobNumber) -> JobState:
     """Call a job off; one that is done stays done."""
     with service_of(request).store.writing() as session:
-        job = job_numbered(session, job_id)
+        job = job_numbered(session, job_id, alone=True)
         jobs.cancel(session, who.actor, job)
         return _state(job)
 
@@ -36,7 +36,7 @@ def retry_job(request: Request, who: WritingProgram, job_id: JobNumber) -> JobSt
     """Let a job that failed or was called off wait again; any other stays as it is."""
     service = service_of(request)
     with service.store.writing() as session:
-        job = job_numbered(session, job_id)
+        job = job_numbered(session, job_id, alone=True)
         if jobs.reopen(session, who.actor, job):
             service.queue.enqueue(session, job)
         return _state(job)

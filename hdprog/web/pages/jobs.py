@@ -39,7 +39,7 @@ def act(
     service = service_of(request)
     said = ""
     with service.store.writing() as session:
-        job = job_numbered(session, job_id)
+        job = job_numbered(session, job_id, alone=True)
         if do == "cancel":
             said = "cancelled" if jobs.cancel(session, who.actor, job) else ""
         elif do == "retry" and jobs.reopen(session, who.actor, job):
