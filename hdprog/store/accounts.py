@@ -11,6 +11,7 @@ from typing import Literal, get_args
 from argon2 import PasswordHasher
 from argon2.exceptions import InvalidHashError, VerificationError
 from sqlalchemy import select
+from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from hdprog.errors import BadInputError
@@ -58,16 +59,24 @@ def add_user(session: Session, actor: Actor, name: str, password: str, role: Rol
             "Choose such a name.",
         )
     if find_user(session, name) is not None:
-        raise BadInputError(
-            f"the name {name} a second time",
-            "account",
-            "a name that is free",
-            "Choose another; `hdprog user password NAME` gives an account a new password.",
-        )
+        raise _taken(name)
     user = UserRow(name=name, password_hash=_hashed(password), role=role)
     session.add(user)
+    try:
+        session.flush()
+    except IntegrityError as error:  # somebody else made it at the same moment
+        raise _taken(name) from error
     note(session, actor, "user added", name, role=role)
     return user
+
+
+def _taken(name: str) -> BadInputError:
+    return BadInputError(
+        f"the name {name} a second time",
+        "account",
+        "a name that is free",
+        "Choose another; `hdprog user password NAME` gives an account a new password.",
+    )
 
 
 def set_password(session: Session, actor: Actor, user: UserRow, password: str) -> None:

@@ -11,6 +11,7 @@ from pathlib import PurePosixPath, PureWindowsPath
 from typing import Any
 
 from sqlalchemy import func, select
+from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from hdprog.data.tests_table import EVENTS
@@ -140,9 +141,8 @@ def add_test(
     session.add(test)
     session.flush()
     test.label = _free_label(session, drive, test.id) if facts.label is None else facts.label
-    test.uid = (
-        test.label if _free_uid(session, test.label) else f"t{test.id:04d}-{secrets.token_hex(4)}"
-    )
+    if not _has_uid(session, test, test.label):
+        test.uid = f"t{test.id:04d}-{secrets.token_hex(4)}"
     _state(test, facts)
     action = "test accepted" if accepted else "record uploaded"
     note(session, actor, action, f"{drive.name} / {test.label}", file=file_name, sha256=sha256)
@@ -319,5 +319,14 @@ def _free_label(session: Session, drive: DriveRow, number: int) -> str:
     return label if session.scalar(taken) is None else f"t{number:04d}-{drive.id}"
 
 
-def _free_uid(session: Session, name: str) -> bool:
-    return session.scalar(select(TestRow.id).where(TestRow.uid == name)) is None
+def _has_uid(session: Session, test: TestRow, name: str) -> bool:
+    """Name a test in the store, if no other drive's has that name; tells whether it has it now."""
+    if session.scalar(select(TestRow.id).where(TestRow.uid == name)) is not None:
+        return False
+    try:
+        with session.begin_nested():
+            test.uid = name
+            session.flush()
+    except IntegrityError:  # another drive's test took it in this instant
+        return False
+    return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from datetime import timedelta
 
 import pytest
@@ -45,6 +46,18 @@ def test_a_name_is_taken_once(store: Store) -> None:
     made(store)
     with pytest.raises(BadInputError, match="a second time"):
         made(store)
+
+
+def test_a_name_is_taken_once_in_the_same_instant(store: Store) -> None:
+    with ThreadPoolExecutor(1) as other:
+        with store.writing() as session:
+            accounts.add_user(session, COMMAND_LINE, "ada", PASSWORD, "admin")
+            session.flush()
+            second = other.submit(made, store)
+            with pytest.raises(TimeoutError):
+                second.result(1.0)
+        with pytest.raises(BadInputError, match="a second time"):
+            second.result()
 
 
 def test_the_last_administrator_stays(store: Store) -> None:

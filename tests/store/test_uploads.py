@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 
 from hdprog.errors import BadInputError
 from hdprog.store.audit import COMMAND_LINE
+from hdprog.store.drives import find_drive
 from hdprog.store.store import Store
 from hdprog.store.uploads import (
     TestFacts,
@@ -95,3 +98,34 @@ def test_a_label_is_taken_once(store: Store) -> None:
 )
 def test_names_of_files_are_for_reading_only(name: str, shown: str) -> None:
     assert readable_name(name) == shown
+
+
+def test_tests_of_one_name_in_the_same_instant_are_both_kept(store: Store) -> None:
+    """As a program does that uploads the month's test of every drive."""
+    facts = TestFacts(service_hours=1.0, label="t01")
+    with store.writing() as session:
+        for name in ("one", "two"):
+            add_sample(session, name)
+
+    def upload(name: str) -> str:
+        with store.writing() as session:
+            drive = find_drive(session, name, alone=True)
+            assert drive is not None
+            return add_bytes(session, store.files, drive, b"2", facts)[0].uid
+
+    with ThreadPoolExecutor(1) as other:
+        with store.writing() as session:
+            drive = find_drive(session, "one", alone=True)
+            assert drive is not None
+            first, _ = add_bytes(session, store.files, drive, b"1", facts)
+            session.flush()
+            second = other.submit(upload, "two")
+            with pytest.raises(TimeoutError):
+                second.result(0.5)
+        assert first.uid == "t01"
+        assert second.result() != "t01"
+    with store.reading() as session:
+        for uid, name in (("t01", "one"), (second.result(), "two")):
+            test = find_test(session, uid)
+            assert test is not None
+            assert (test.label, test.drive.name, test.service_hours) == ("t01", name, 1.0)
