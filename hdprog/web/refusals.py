@@ -30,6 +30,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(UnknownError, _unknown)
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(DataError, _unkept)
+    app.add_exception_handler(UnicodeEncodeError, _unkept)
     app.add_exception_handler(HTTPException, _http)
     app.add_exception_handler(LoginNeededError, _login)
     app.add_exception_handler(NotAllowedError, _not_allowed)
