@@ -28,6 +28,8 @@ _KEPT = (MARK, "raw", "analyses")
 def back_up(store: Store, archive: Path) -> int:
     """Write the database and all files into a new archive (.tar.gz), whole or not at all.
 
+    Its owner alone may read it.
+
     The database is copied first: every file that it names is in place by then, and files are
     never changed. Draws go where a newer analysis has its own; an archive made meanwhile may lack
     those of the older one.
@@ -52,7 +54,13 @@ def back_up(store: Store, archive: Path) -> int:
     with tempfile.TemporaryDirectory(dir=store.files.incoming) as folder:
         copy = _copy_database(store, Path(folder))
         try:
-            with tarfile.open(aside, "w:gz", compresslevel=1) as tar:
+            aside.unlink(missing_ok=True)  # left by a backup that was killed
+            # For its owner alone, as the data folder is: it holds the hashes of passwords.
+            handle = os.open(aside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+            with (
+                open(handle, "wb") as file,
+                tarfile.open(fileobj=file, mode="w:gz", compresslevel=1) as tar,
+            ):
                 tar.add(copy, copy.name)
                 for name in _KEPT:
                     _add(tar, store.files.root / name, name)

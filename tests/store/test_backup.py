@@ -46,6 +46,23 @@ def test_sqlite_there_and_back(tmp_path: Path) -> None:
     again.close()
 
 
+def test_a_backup_is_its_owners_alone_as_the_data_folder_is(tmp_path: Path) -> None:
+    """It holds the hashes of all passwords."""
+    store = Store(tmp_path / "data")
+    store.prepare()
+    archive = tmp_path / "backup.tar.gz"
+    left = archive.with_name(f".{archive.name}.part")  # by a backup that was killed
+    left.touch(mode=0o644)
+    before = os.umask(0o022)
+    try:
+        back_up(store, archive)
+    finally:
+        os.umask(before)
+        store.close()
+    assert archive.stat().st_mode & 0o777 == 0o600
+    assert not left.exists()
+
+
 @pytest.mark.postgres
 def test_postgres_there_and_back(
     tmp_path: Path, postgres_url: str, postgres_server: str, monkeypatch: pytest.MonkeyPatch
