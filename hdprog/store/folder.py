@@ -60,6 +60,8 @@ def write_drive_folder(
         writer.writerow(_COLUMNS)
         for test in tests:
             file = f"loops/{test.label}{_ending(test.file_name)}"
+            if (aside / file).exists():  # t01 of a.csv.gz, and t01.csv of b.gz
+                file = f"loops/{test.label}-{test.sha256[:16]}{_ending(test.file_name)}"
             (aside / file).write_bytes(files.record(test.sha256).read_bytes())
             writer.writerow([test.label, file, *(_cell(value) for value in _facts(test))])
         atomic_write_text(aside / "tests.csv", text.getvalue())

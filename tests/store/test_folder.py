@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import shutil
 import tomllib
 from pathlib import Path
@@ -85,3 +86,21 @@ def test_removed_tests_stay_behind(store: Store, tmp_path: Path) -> None:
         drive = find_drive(session, "wearing-csf-25-80")
         assert drive is not None
         assert export_drive(session, store.files, drive, tmp_path / "out") == 9
+
+
+def test_records_whose_names_would_be_one_go_out_as_two(store: Store, tmp_path: Path) -> None:
+    """An analysis had taken the second record for both tests."""
+    names = {"t01": "a.csv.gz", "t01.csv": "b.gz"}
+    out = tmp_path / "out"
+    with store.writing() as session:
+        drive = add_sample(session)
+        for hours, (label, name) in enumerate(names.items()):
+            facts = TestFacts(float(hours), label=label)
+            add_bytes(session, store.files, drive, label.encode(), facts, name=name)
+        session.flush()
+        assert export_drive(session, store.files, drive, out) == 2
+    with (out / "tests.csv").open(encoding="utf-8") as file:
+        files = {row["test_id"]: row["file"] for row in csv.DictReader(file)}
+    assert {label: (out / name).read_bytes().decode() for label, name in files.items()} == {
+        label: label for label in names
+    }
