@@ -12,6 +12,7 @@ from hdprog.store.accounts import digest
 from hdprog.store.tables import LoginFailureRow, SessionRow, UserRow
 from hdprog.store.tables.base import now
 
+TOO_OFTEN = "Too many wrong passwords of late. Wait 15 minutes, or ask an administrator."
 IDLE = timedelta(hours=12)
 LONGEST = timedelta(days=7)
 _WINDOW = timedelta(minutes=15)

@@ -8,9 +8,11 @@ import pytest
 from starlette.testclient import TestClient
 
 from hdprog.service.web_settings import WebSettings
+from hdprog.store import accounts
+from hdprog.store.audit import COMMAND_LINE, trail
 from hdprog.web.app import create_app
-from tests.web.conftest import ClientOf
-from tests.web.server import csrf_of, log_in, text_of
+from tests.web.conftest import ClientOf, service_in
+from tests.web.server import PASSWORD, csrf_of, log_in, text_of
 
 PAGES = ("/", "/drives/new", "/settings", "/audit")
 
@@ -87,6 +89,27 @@ def test_a_login_leads_nowhere_else(app_client: TestClient, next_page: str) -> N
     said = {"csrf": csrf, "name": "viewer", "password": "four words do well", "next": next_page}
     answer = client.post("/login", data=said, follow_redirects=False)
     assert answer.headers["location"] == "/"
+
+
+def test_wrong_passwords_are_counted_where_one_is_changed_too(app_client: TestClient) -> None:
+    """Who finds a browser logged in could try passwords without end."""
+    store = service_in(app_client).store
+    with store.writing() as session:
+        accounts.add_user(session, COMMAND_LINE, "left-open", PASSWORD, "viewer")
+    browser = TestClient(app_client.app, client=("left-open", 1))
+    assert log_in(browser, "left-open").status_code == 303
+    csrf = csrf_of(browser.get("/settings").text)
+
+    def change(old: str) -> int:
+        said = {"csrf": csrf, "old": old, "new": "another four words"}
+        return int(browser.post("/settings/password", data=said).status_code)
+
+    assert [change("wrong password") for _ in range(10)] == [422] * 10
+    assert change(PASSWORD) == 429
+    with store.reading() as session:
+        noted = [line.action for line in trail(session, subject="left-open")]
+        assert noted.count("wrong password") == 10
+        assert "password changed" not in noted
 
 
 def test_wrong_passwords_are_counted(app_client: TestClient) -> None:

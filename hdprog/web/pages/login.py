@@ -10,7 +10,7 @@ from starlette.responses import RedirectResponse, Response
 
 from hdprog.store.accounts import find_user, verify
 from hdprog.store.audit import Actor, note
-from hdprog.store.logins import close_session, count_failure, open_session, throttled
+from hdprog.store.logins import TOO_OFTEN, close_session, count_failure, open_session, throttled
 from hdprog.web.rendering import render
 from hdprog.web.security.identity import (
     SESSION,
@@ -24,7 +24,6 @@ from hdprog.web.service import service_of
 router = APIRouter()
 _OWN_PATH = re.compile(r"/(?![/\\])[^\\\s]*")
 _WRONG = "Name and password do not go together. Check both; capitals count."
-_TOO_OFTEN = "Too many wrong passwords of late. Wait 15 minutes, or ask an administrator."
 
 
 @router.get("/login")
@@ -52,7 +51,7 @@ def log_in(
             if not blocked:
                 count_failure(session, name, address)
             note(session, Actor(name[:100] or "nobody", address), "login failed", name[:100])
-        context = {"next": _own(next), "problem": _TOO_OFTEN if blocked else _WRONG, "name": name}
+        context = {"next": _own(next), "problem": TOO_OFTEN if blocked else _WRONG, "name": name}
         return render(request, "login.html", context, 429 if blocked else 401)
     with service.store.writing() as session:
         text = open_session(session, user)

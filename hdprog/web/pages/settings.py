@@ -9,6 +9,8 @@ from starlette.responses import RedirectResponse, Response
 
 from hdprog.errors import BadInputError
 from hdprog.store import accounts
+from hdprog.store.audit import note
+from hdprog.store.logins import TOO_OFTEN, count_failure, throttled
 from hdprog.store.settings import ServiceSettings, change_settings, service_settings
 from hdprog.store.tables import TokenRow, UserRow
 from hdprog.web.rendering import render
@@ -43,8 +45,13 @@ def change_password(
     """Change one's own password."""
     service = service_of(request)
     with service.store.reading() as session:
+        if throttled(session, who.name, who.address):
+            return _page(request, who, TOO_OFTEN, status=429)
         user = accounts.find_user(session, who.name)
     if user is None or not accounts.verify(user, old):
+        with service.store.writing() as session:
+            count_failure(session, who.name, who.address)
+            note(session, who.actor, "wrong password", who.name)
         return _page(request, who, "Your password: found another than the one in use. Try again.")
     try:
         with service.store.writing() as session:
@@ -134,7 +141,11 @@ def revoke_token(request: Request, who: Admin, number: _Number) -> Response:
 
 
 def _page(
-    request: Request, who: Identity, problem: str | None = None, token: str | None = None
+    request: Request,
+    who: Identity,
+    problem: str | None = None,
+    token: str | None = None,
+    status: int = 422,
 ) -> Response:
     service = service_of(request)
     if token is not None and not who.may("admin"):
@@ -149,4 +160,4 @@ def _page(
             "users": accounts.users(session) if who.may("admin") else [],
             "tokens": accounts.tokens(session) if who.may("admin") else [],
         }
-    return render(request, "settings.html", context, 422 if problem else 200, who=who)
+    return render(request, "settings.html", context, status if problem else 200, who=who)
