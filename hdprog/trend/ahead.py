@@ -10,12 +10,11 @@ from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.kalman_filter import RATE, RUNNING_IN
 from hdprog.trend.smoother import walked
 from hdprog.trend.state_space import Steps
-from hdprog.trend.wear_prior import LogNormal, RateAhead
+from hdprog.trend.wear_prior import MESH, LogNormal, RateAhead
 
 _SLOWEST = 0.02  # of the clock's rate: what a drive goes on with that seems to stand still
 _FASTEST_LOG = 6.0  # four hundred times as fast is beyond any figure
 _NO_FALL = 1e-9
-_MESH = tuple(NAMES.index(name) for name in ("T_i", "mu"))  # preload and friction
 _FARTHEST = 15.0  # prior spreads of a coordinate from its prior mean: figures stay finite
 
 
@@ -103,7 +102,7 @@ def worn_ahead(
     """
     way = ahead - now[:, None]
     left = np.ones_like(way)
-    mesh = np.isin(np.arange(way.shape[-1]), _MESH)
+    mesh = np.isin(np.arange(way.shape[-1]), MESH)
     for shown, place in (("b", ~mesh), ("T_i", mesh)):
         if shown in ends:
             at = NAMES.index(shown)

@@ -28,7 +28,7 @@ from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.temperature import Temperatures, Warming
 from hdprog.trend.wear_clock import ServiceClock, WearClock
 from hdprog.trend.wear_coordinates import StatePrior
-from hdprog.trend.wear_prior import WearPrior
+from hdprog.trend.wear_prior import MESH, WearPrior
 
 LOAD_SHARE = "load_share"
 HYPERPARAMETERS: tuple[str, ...] = (
@@ -39,6 +39,7 @@ HYPERPARAMETERS: tuple[str, ...] = (
     "volatility",
     "rate_volatility",
     "own_volatility",
+    "preload_volatility",
     "remounting_scatter",
     LOAD_SHARE,
 )
@@ -61,6 +62,7 @@ class Hyperparameters:
     volatility: FloatArray
     rate_volatility: FloatArray
     own_volatility: FloatArray
+    preload_volatility: FloatArray
     scatter: FloatArray
     load_share: FloatArray
     loading_mean: FloatArray
@@ -68,10 +70,10 @@ class Hyperparameters:
 
     @staticmethod
     def of(deviates: FloatArray, prior: WearPrior) -> Hyperparameters:
-        """From standard normal deviates (draws, 9)."""
+        """From standard normal deviates (draws, 10)."""
         known = prior.deviates(deviates)
         loadings, loading_sd = prior.loadings_given(known)
-        rate, exponent, curvature, length, volatility, change, own, scatter, load = known.T
+        rate, exponent, curvature, length, common, change, own, preload, scatter, load = known.T
         return Hyperparameters(
             WearClock(
                 prior.wear_rate.at(rate),
@@ -80,9 +82,10 @@ class Hyperparameters:
                 prior.wear_rate.reference_hours,
             ),
             prior.running_in_length.at(length),
-            prior.volatility.at(volatility),
+            prior.volatility.at(common),
             prior.rate_volatility.at(change),
             prior.own_volatility.at(own),
+            prior.preload_volatility.at(preload),
             prior.remounting_scatter.at(scatter),
             prior.load_share.at(load),
             loadings,
@@ -100,10 +103,24 @@ class Hyperparameters:
             self.volatility,
             self.rate_volatility,
             self.own_volatility,
+            self.preload_volatility,
             self.scatter,
             self.load_share,
         )
         return dict(zip(HYPERPARAMETERS, values, strict=True))
+
+    def own_drift(self, scales: FloatArray) -> FloatArray:
+        """Spread (draws, n) of each coordinate's own drift per square root of a unit of wear.
+
+        Parameters
+        ----------
+        scales : (n,) its relative size by coordinate
+        """
+        at_mesh = np.isin(np.arange(scales.size), MESH)
+        volatility = np.where(
+            at_mesh, self.preload_volatility[:, None], self.own_volatility[:, None]
+        )
+        return np.asarray(volatility * scales)
 
 
 @dataclass(frozen=True)
@@ -234,11 +251,11 @@ class Steps:
         logarithm = np.log1p(np.maximum(expected, reached) / _SETTLING)
         lived = _increments(logarithm, timeline.begins)
         settled = -np.expm1(-expected / values.running_in_length[:, None])
-        wandered = values.own_volatility[:, None] ** 2 * counted
-        own = wandered[..., None] * wear_prior.drift_scales**2
+        alone = values.own_drift(wear_prior.drift_scales)
+        own = alone[:, None] ** 2 * counted[..., None]
         # A steady pace is that of every coordinate.
-        turning = np.where(values.rate_volatility > 0.0, values.own_volatility, 0.0)
-        own_pace = (wear_prior.own_pace.spread * turning)[:, None] ** 2 * lived
+        turning = np.where(values.rate_volatility[:, None] > 0.0, alone, 0.0)
+        own_pace = (wear_prior.own_pace.spread * turning[:, None]) ** 2 * lived[..., None]
         found = timeline.temperatures
         warming = None if found is None else Warming.of(found, timeline.begins, wear_prior)
         return Steps(
@@ -256,7 +273,7 @@ class Steps:
             values.rate_volatility[:, None] ** 2 * lived,
             values.volatility[:, None] ** 2 * counted,
             own + timeline.event_variance,
-            own_pace[..., None] * wear_prior.drift_scales**2,
+            own_pace,
             warming,
         )
 

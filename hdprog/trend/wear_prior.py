@@ -21,6 +21,8 @@ from hdprog.trend.fleet import FleetPrior
 from hdprog.trend.steady_pace import Told, pooled_deviates, pooled_fleet, pooled_loadings
 
 FILE = "trend.toml"
+MESH = tuple(NAMES.index(name) for name in ("T_i", "mu"))
+"""Places of preload and friction, which wear elsewhere than the teeth's stiffness."""
 
 
 class _Strict(BaseModel):
@@ -82,7 +84,8 @@ class OwnPace(_Strict):
 
     Attributes
     ----------
-    spread : of its walk while wear grows to e times itself, over `own_volatility`, in drift scales
+    spread : of its walk while wear grows to e times itself, over `own_volatility` (of preload and
+        friction `preload_volatility`), in drift scales
     """
 
     spread: float = Field(ge=0)
@@ -167,6 +170,7 @@ class WearPrior(_Strict):
     rate_volatility: LogNormal
     rate_ahead: RateAhead
     own_volatility: LogNormal
+    preload_volatility: LogNormal
     own_pace: OwnPace
     remounting_scatter: LogNormal
     load_share: Share

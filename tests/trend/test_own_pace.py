@@ -58,3 +58,25 @@ def test_without_a_pace_of_its_own_it_would_go_on_as_in_the_mean() -> None:
     np.testing.assert_allclose(common.carried[0, :8], common.loadings[0], rtol=1e-9)
     _, preload = last_pace(common, held)
     assert preload < 1.9 < last_pace(followed(shipped, 2.5), shipped)[1]
+
+
+def test_preload_and_friction_wander_by_a_volatility_of_their_own() -> None:
+    shipped = read_wear_prior()
+    timeline = Timeline(HOURS, np.arange(HOURS.size) == 0, np.zeros((HOURS.size, 8)))
+    deviates = np.zeros((2, len(HYPERPARAMETERS)))
+    deviates[1, HYPERPARAMETERS.index("preload_volatility")] = 1.0
+    steps = Steps.of(timeline, Hyperparameters.of(deviates, shipped), STATE, shipped)
+    grown = np.exp(2 * shipped.preload_volatility.log_sd)
+    times = [grown if name in ("T_i", "mu") else 1.0 for name in NAMES]
+    for usual, wider in (steps.own, steps.loading_walk):
+        np.testing.assert_allclose(wider, usual * times)
+
+
+def test_teeth_that_hardly_wander_leave_preload_free_to() -> None:
+    shipped = read_wear_prior()
+    quiet = shipped.own_volatility.model_copy(update={"median": 1e-6})
+    teeth, preload = last_pace(
+        followed(shipped.model_copy(update={"own_volatility": quiet}), 2.5), shipped
+    )
+    assert preload > 1.9
+    assert teeth == pytest.approx(1.0, abs=0.1)

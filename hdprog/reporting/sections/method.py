@@ -20,7 +20,8 @@ _HYPERPARAMETERS = {
     "running_in_length": "wear within which running-in is over",
     "volatility": "random wear, shared by all parameters",
     "rate_volatility": "random change of the pace of wear",
-    "own_volatility": "random drift, and change of pace, of each parameter by itself",
+    "own_volatility": "random drift, and change of pace, of each other parameter by itself",
+    "preload_volatility": "random drift, and change of pace, of preload and of friction",
     "remounting_scatter": "scatter from mounting to mounting, not wear",
     "load_share": "how far wear follows the load given for each stretch: 0 not, 1 wholly",
 }

@@ -136,8 +136,9 @@ def wear_prior(study: Study) -> WearPrior:
     """The shipped wear prior for a number that counts in ways to failure.
 
     One unit of wear is one way to failure. Pace: failure within the planned time, give or take a
-    factor of 4.5. Scatter of readings: one per cent of the way, give or take a factor of 2.7. There
-    are no teeth at whose end wear would end. All else is as shipped.
+    factor of 4.5. Scatter of readings: one per cent of the way, give or take a factor of 2.7. Random
+    drift: that of any coordinate, not preload's. There are no teeth at whose end wear would end.
+    All else is as shipped.
     """
     shipped = read_wear_prior()
     return shipped.model_copy(
@@ -147,6 +148,7 @@ def wear_prior(study: Study) -> WearPrior:
             "drift_scale": shipped.drift_scale | {"T_i": 1.0},
             "scatter_scale": shipped.scatter_scale | {"T_i": 1.0},
             "remounting_scatter": LogNormal(median=0.01, log_sd=1.0),
+            "preload_volatility": shipped.own_volatility,
             "worn_out": {},
         }
     )
