@@ -28,6 +28,8 @@ _DRAWS = 1500
 _FEWEST = 100.0  # effective draws that moments are taken from
 _TAILS = 8  # degrees of freedom of the draws
 _WIDER = 1.2  # than the test's Gaussian, which the draws are
+_HIGHEST_TOP = 4.0  # twice how far above its height at the mean a loop's top may be, in nats
+_LITTLE = 0.1  # of the curvature of all that is said: above it a loop speaks for itself
 
 
 @dataclass(frozen=True)
@@ -90,10 +92,10 @@ class _Cavity:
         lower = np.asarray(np.linalg.cholesky(self.among.covariance))
         before = np.linalg.inv(self.among.covariance)
         gained = np.linalg.inv(found.covariance) - before
-        precision = _without_negative(gained + self.held, lower)
         # η' = Λ'm' + (S⁻¹ − Λ)(m' − m) − (Λm − η): the mean is the new one whatever was cut off.
         moved = found.mean - self.among.mean
         slope = (before - self.held) @ moved - self.left
+        precision = _with_a_top(gained + self.held, slope, lower)
         return Information(precision, precision @ found.mean + slope, 0.0)
 
 
@@ -188,11 +190,15 @@ def _drawn(among: _Gaussian, rng: np.random.Generator) -> tuple[FloatArray, Floa
     return np.asarray(drawn), np.asarray(density)
 
 
-def _without_negative(precision: FloatArray, lower: FloatArray) -> FloatArray:
+def _with_a_top(precision: FloatArray, slope: FloatArray, lower: FloatArray) -> FloatArray:
     """A precision (n, n) without directions that speak for going away.
+
+    Where there is a slope (n,), a direction has some curvature, if little: else the loop would be
+    the likelier the farther one goes, and wear beyond all bounds with it.
 
     `lower` is the factor of the covariance in whose spreads directions are counted.
     """
     strength, vectors = np.linalg.eigh(lower.T @ precision @ lower)
-    root = np.linalg.solve(lower.T, vectors * np.sqrt(np.maximum(strength, 0.0)))
+    least = np.minimum((vectors.T @ (lower.T @ slope)) ** 2 / _HIGHEST_TOP, _LITTLE)
+    root = np.linalg.solve(lower.T, vectors * np.sqrt(np.maximum(strength, least)))
     return np.asarray(root @ root.T)

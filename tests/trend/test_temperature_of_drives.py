@@ -164,7 +164,7 @@ def test_the_course_at_the_reference_is_covered(trend: Trend) -> None:
     low, high = np.quantile(paths, [0.001, 0.999], axis=0)
     truth = width(NEW + WEAR * REACHED[:, None])
     assert np.all((low < truth) & (truth < high))
-    assert np.all(paths.std(axis=0) < 0.03 * truth)
+    assert np.all(paths.std(axis=0) < 0.035 * truth)
 
 
 def test_what_temperature_changes_is_told(summary: TrendSummary) -> None:

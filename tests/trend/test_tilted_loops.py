@@ -11,8 +11,8 @@ from hdprog.inference.pareto_weights import pareto_weights, worth
 from hdprog.trend import tilted_loops
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.gaussian_step import GaussianStep
-from hdprog.trend.tilted_loops import _Cavity, with_tilted_loops
-from hdprog.trend.wear_coordinates import from_loop
+from hdprog.trend.tilted_loops import _Cavity, _Gaussian, with_tilted_loops
+from hdprog.trend.wear_coordinates import Information, from_loop
 from tests.trend.two_tests import (
     COUNTED,
     FIXED,
@@ -154,3 +154,15 @@ def test_a_loop_that_is_exact_is_left_alone(problem: Problem) -> None:
     found = with_tilted_loops(problem.step.having(exact), FIXED[0], np.random.default_rng(8))
     assert all(after is before for before, after in zip(exact, found.tests, strict=True))
     assert all(isinstance(test.own, Nuisances) for test in found.tests)
+
+
+def test_a_loop_that_leans_where_it_leaves_all_open_has_a_top() -> None:
+    """Else wear without bounds, by which predictions widen, would be believed the more."""
+    among = _Gaussian(np.zeros(2), np.eye(2))
+    cavity = _Cavity.of(among, Information(np.diag([0.0, 0.9]), np.zeros(2), 0.0))
+    found = _Gaussian(np.array([0.5, 0.1]), np.diag([1.2, 1.0]))
+    loop = cavity.loop_of(found)
+    slope = loop.information - loop.precision @ found.mean
+    assert 0.5 * slope @ np.linalg.solve(loop.precision, slope) < 3.0
+    whole = np.diag([1.0, 0.1]) + loop.precision
+    np.testing.assert_allclose(np.linalg.solve(whole, loop.information), found.mean)

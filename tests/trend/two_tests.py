@@ -24,6 +24,11 @@ T_I = NAMES.index("T_i")
 WEAR_PRIOR = read_wear_prior()
 STATE_PRIOR = StatePrior.of(PRIOR, WEAR_PRIOR)
 FIXED = np.zeros((1, len(HYPERPARAMETERS)))
+_PRELOAD, _REST = WEAR_PRIOR.preload_volatility, WEAR_PRIOR.own_volatility
+# Preload wanders no more than the rest.
+FIXED[0, HYPERPARAMETERS.index("preload_volatility")] = (
+    np.log(_REST.median / _PRELOAD.median) / _PRELOAD.log_sd
+)
 
 
 @dataclass(frozen=True)

@@ -136,8 +136,8 @@ def wear_prior(study: Study) -> WearPrior:
     """The shipped wear prior for a number that counts in ways to failure.
 
     One unit of wear is one way to failure. Pace: failure within the planned time, give or take a
-    factor of 4.5. Scatter of readings: one per cent of the way, give or take a factor of 2.7. Random
-    drift: that of any coordinate, not preload's. There are no teeth at whose end wear would end.
+    factor of 4.5. Scatter of readings: one per cent of the way, give or take a factor of 2.7. It
+    drifts as any coordinate does, not as preload. There are no teeth at whose end wear would end.
     All else is as shipped.
     """
     shipped = read_wear_prior()
