@@ -97,6 +97,24 @@ class FoundEffect:
 
 
 @dataclass(frozen=True)
+class LeftOver:
+    """What remains beside the mechanisms that were added: clear, but a small share of the error.
+
+    It may be an effect of its own, or that a mechanism's shape is not quite the true one.
+
+    Attributes
+    ----------
+    id : of the effect that would carry it best, or "unknown" where a curve does
+    coordinate : what that curve depends on; None for a mechanism
+    log_evidence_gain : that it would gain
+    """
+
+    id: str
+    coordinate: str | None
+    log_evidence_gain: float
+
+
+@dataclass(frozen=True)
 class ConsideredEffect:
     """An effect that was looked at and not added, and why."""
 
@@ -149,7 +167,8 @@ class Explanation:
     test_id : of the test, or the file's stem
     service_hours : of the test, or None
     verdict : adequate (nothing added), explained (mechanisms added, no structure remains),
-        partly_explained (mechanisms and an unknown term) or unexplained (the unknown term alone)
+        partly_explained (mechanisms, and an unknown term or what is `left_over` remains) or
+        unexplained (the unknown term alone)
     noise_floor_rad : scatter of neighbouring readings about a smooth course
     repeatability_rad : how far the record's own cycles differ from each other (root mean square
         about their mean), or None where no cycle repeats
@@ -165,6 +184,7 @@ class Explanation:
     course : residuals to draw
     converged : both posteriors converged
     warnings : in words
+    left_over : what remains beside the mechanisms and was not added, or None
     """
 
     test_id: str
@@ -187,6 +207,7 @@ class Explanation:
     course: ResidualCourse
     converged: bool
     warnings: tuple[str, ...] = ()
+    left_over: LeftOver | None = None
 
 
 @dataclass(frozen=True)
@@ -212,3 +233,8 @@ class DriveExplanation:
     tests: tuple[Explanation, ...]
     remaining_hours_before: Mapping[float, float | None] | None = None
     remaining_hours_after: Mapping[float, float | None] | None = None
+
+    @property
+    def left_over(self) -> LeftOver | None:
+        """What remains of all tests together beside the mechanisms, or None."""
+        return next((test.left_over for test in self.tests if test.left_over is not None), None)

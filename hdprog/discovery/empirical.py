@@ -39,7 +39,7 @@ def with_unknown(
     one a test, are spawned from.
     """
     remaining = list(spread(term_gains, models)) if remaining is None else remaining
-    gain, named = _best_gain(remaining), any(model.ids for model in models)
+    gain, named = over_threshold(remaining), any(model.ids for model in models)
     if gain <= 0 and not named:
         return list(bases)
     wider = _with_term(models, remaining, rngs, spread)
@@ -56,16 +56,25 @@ def with_unknown(
     )
     poorly = (base - left) < NAMED_SHARE * (base - floor)
     beaten = evidence < -THRESHOLD and left > AS_GOOD * left_alone
-    if _best_gain(own) > 0 and (beaten or (poorly and evidence < 0)):
+    if over_threshold(own) > 0 and (beaten or (poorly and evidence < 0)):
         return alone
     if gain > 0 and share(bases, models, wider) > UNKNOWN_SHARE:
         return wider
     return list(models)
 
 
-def _best_gain(terms: Sequence[Mapping[str, TermGain]]) -> float:
+def over_threshold(terms: Sequence[Mapping[str, TermGain]]) -> float:
     """By how much the empirical term that gains most passes its threshold."""
     return max(_pooled_gains(terms).values())
+
+
+def strongest(terms: Sequence[Mapping[str, TermGain]]) -> tuple[str, float]:
+    """Coordinate of the empirical term that gains most over its threshold, and its log evidence.
+
+    Counted as if every threshold were that of a mechanism.
+    """
+    name, over = max(_pooled_gains(terms).items(), key=lambda item: item[1])
+    return name, over + THRESHOLD
 
 
 def _pooled_gains(terms: Sequence[Mapping[str, TermGain]]) -> dict[str, float]:

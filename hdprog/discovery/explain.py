@@ -92,7 +92,7 @@ def explain(
     explanation = Explanation(
         test_id=test_id,
         service_hours=service_hours,
-        verdict=verdict_of(final),
+        verdict=verdict_of(traced),
         noise_floor_rad=prepared.noise_floor,
         repeatability_rad=repeatability(
             prepared.record_course, _kept_angle(prepared), prepared.noise_floor
@@ -112,6 +112,7 @@ def explain(
         course=_course(traced, before, after),
         converged=before.converged and after.converged,
         warnings=warnings,
+        left_over=traced.left_over,
     )
     return Closed(explanation, before, after)
 
@@ -122,9 +123,10 @@ def _kept_angle(prepared: Prepared) -> FloatArray:
     return np.asarray(np.interp(at, at[prepared.kept], prepared.loop.angle[prepared.kept]))
 
 
-def verdict_of(final: Model) -> Verdict:
+def verdict_of(traced: Traced) -> Verdict:
     """The outcome in the words of the contract."""
-    if final.term is None:
+    final = traced.final
+    if final.term is None and traced.left_over is None:
         return "explained" if final.ids else "adequate"
     return "partly_explained" if final.ids else "unexplained"
 

@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 
 from hdprog.discovery.candidates import refit_like, without
-from hdprog.discovery.empirical import with_unknown
+from hdprog.discovery.empirical import over_threshold, strongest, with_unknown
 from hdprog.discovery.forward_step import Step, forward_steps
 from hdprog.discovery.model import Model
 from hdprog.discovery.pooling import THRESHOLD, children, refitted, share_of
 from hdprog.discovery.sharing import gain_of_steps, gain_together
-from hdprog.discovery.unknown import TermGain
+from hdprog.discovery.unknown import TermGain, term_gains
+from hdprog.explanation import UNKNOWN, LeftOver
 from hdprog.inference.effect_starts import unmet
 from hdprog.inference.prepare import Prepared, settle_noise
 from hdprog.physics.effects import EFFECTS
@@ -31,6 +32,15 @@ FURTHER_SHARE = 0.10
 CLEARING_SHARE = 0.02
 """The same for one that clears up what the others left: to less than a quarter of it."""
 _CLEARED = 0.25
+CLEAR_EVIDENCE = 25.0
+"""Log evidence from which a further mechanism needs no share, where it leaves noise alone.
+
+What another shape of the first one leaves is followed by a curve as well as by a mechanism, and
+hardly ever down to the noise where it is so clear.
+"""
+LEFT_OVER_EVIDENCE = 10.0
+"""Log evidence of what is refused for its share alone from which it is said that it remains."""
+_NOISE = 1.2  # mean square of what is left over the noise's, up to which it is noise alone
 _MOST_EFFECTS = 4
 _MOST_STEPS = 7
 
@@ -61,6 +71,7 @@ class Traced:
     mechanisms : the mechanisms alone, be they in `final` or rejected for an empirical term
     steps : forward steps; the last one added nothing, unless the bound was reached
     missing : id → what the record lacks, for effects that it cannot show
+    left_over : what was refused beside the mechanisms for its share alone, if it is beyond doubt
     """
 
     prepared: Prepared
@@ -69,6 +80,7 @@ class Traced:
     mechanisms: Model
     steps: tuple[Step, ...]
     missing: Mapping[str, tuple[str, ...]]
+    left_over: LeftOver | None = None
 
 
 def trace(
@@ -132,12 +144,13 @@ def trace(
         if len(taken) == _MOST_EFFECTS:
             break
     finals = with_unknown(bases, models, remaining, rngs, spread)
+    left_over = None if remaining is None else _left_over(made, remaining)
     if remaining is not None and _gave_way(models, finals) and (small := _leading(made)):
         # A free curve may be needed only for what one more mechanism carries.
         more = [small.joined(step) for step in _alike(made, small, rngs, spread)]
         others = with_unknown(bases, more, None, rngs, spread)
         if not _gave_way(more, others):
-            models, finals = more, others
+            models, finals, left_over = more, others, None
     return tuple(
         Traced(
             prepared=record,
@@ -146,6 +159,7 @@ def trace(
             mechanisms=model,
             steps=tuple(record_steps),
             missing={name: needs for name, needs in lacking.items() if needs},
+            left_over=left_over if final is model and model.ids else None,
         )
         for record, base, final, model, record_steps, lacking in zip(
             records, bases, finals, models, steps, missing, strict=True
@@ -171,6 +185,25 @@ def _carries(bases: Sequence[Model], before: Sequence[Model], after: Sequence[Mo
     )
     wanted = CLEARING_SHARE if right < _CLEARED * left else FURTHER_SHARE
     return share_of(base, left, right) >= wanted
+
+
+def _believed(
+    bases: Sequence[Model], before: Sequence[Model], after: Sequence[Model], gain: float
+) -> bool:
+    """Whether a further mechanism is no leftover: by its share, or by what it leaves."""
+    return _carries(bases, before, after) or _clears(before, after, gain)
+
+
+def _clears(before: Sequence[Model], after: Sequence[Model], gain: float) -> bool:
+    """Whether a mechanism that gains so much leaves noise alone, and no curve gains as much.
+
+    A first effect may be so large that the share of every other one is small.
+    """
+    left = sum(model.least_misfit for model in after)
+    if gain < CLEAR_EVIDENCE or left > _NOISE * sum(model.likelihood.blocks for model in after):
+        return False
+    curve, still = (over_threshold([term_gains(one) for one in many]) for many in (before, after))
+    return still <= 0 and gain - THRESHOLD > curve
 
 
 def _alike(
@@ -247,7 +280,20 @@ def _choose(steps: Sequence[Step], bases: Sequence[Model], *, further: bool) -> 
     if choice is None or not further:
         return choice
     before, after = [step.before for step in steps], [choice.joined(step) for step in steps]
-    return choice if _carries(bases, before, after) else None
+    gain, _ = gain_of_steps(choice.name, steps)
+    return choice if _believed(bases, before, after, gain) else None
+
+
+def _left_over(steps: Sequence[Step], terms: Sequence[Mapping[str, TermGain]]) -> LeftOver | None:
+    """The mechanism or the curve that gains most on the last models, if no chance does as well."""
+    name, gain = strongest(terms)
+    found = LeftOver(UNKNOWN, name, gain)
+    if (leading := _leading(steps)) is not None:
+        gain, _ = gain_of_steps(leading.name, steps)
+        found = max(
+            found, LeftOver(leading.name, None, gain), key=lambda one: one.log_evidence_gain
+        )
+    return found if found.log_evidence_gain >= LEFT_OVER_EVIDENCE else None
 
 
 def _gave_way(models: Sequence[Model], finals: Sequence[Model]) -> bool:
@@ -267,6 +313,6 @@ def _checked_back(
         fewer = _without(models, name, children(rngs), spread)
         having = [one if name in one.ids else None for one in models]
         lost, _ = gain_together(name, fewer, having)
-        if lost < THRESHOLD or not _carries(bases, fewer, models):
+        if lost < THRESHOLD or not _believed(bases, fewer, models, lost):
             models, taken = fewer, [one for one in taken if one != name]
     return models, taken

@@ -1,0 +1,89 @@
+"""A second effect whose share is small only because the first one is large.
+
+Table 2's worn drive with a torque sensor whose zero is off, and with play. A share of the
+explained error asked of the play would never be reached.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from hdprog.config import Drive
+from hdprog.data.loop import Loop
+from hdprog.discovery.explain import verdict_of
+from hdprog.discovery.pooling import share
+from hdprog.discovery.search import CLEAR_EVIDENCE, LEFT_OVER_EVIDENCE, Traced, trace
+from hdprog.inference.prepare import prepare
+from hdprog.inference.prior_file import read_prior_file
+from hdprog.physics.drive_model import predict
+from hdprog.physics.effects import BY_ID
+from tests.independent.loops import record_loop
+from tests.independent.simulator import POST_TEST as WORN
+from tests.independent.simulator import Segment
+from tests.physics.table2 import POST_TEST
+
+PRIOR = read_prior_file("csf-25-80").prior(None)
+SOME = tuple(BY_ID[name] for name in ("torque_offset", "slip_jump", "creep", "backlash"))
+
+
+def searched(loop: Loop) -> Traced:
+    prepared = prepare(loop, Drive.default(), np.random.default_rng(0), prior=PRIOR)
+    return trace([prepared], [np.random.SeedSequence(1)], SOME)[0]
+
+
+@lru_cache
+def with_play(offset: float, play: float, seed: int) -> Traced:
+    """±60 Nm and back; the offset in Nm, the play in rad, 5e-6 rad of noise."""
+    turns = np.interp(np.arange(400), [0, 80, 240, 399], [0.0, 1.0, -1.0, 1.0])
+    torque = np.asarray(60.0 * turns, dtype=np.float64)
+    angle = predict(torque, POST_TEST) + 0.5 * play * np.tanh(torque / 0.6)
+    angle += 5e-6 * np.random.default_rng(seed).standard_normal(torque.size)
+    return searched(Loop(torque + offset, angle, 0.1 * np.arange(torque.size)))
+
+
+@lru_cache
+def settling_offset(play: float) -> Traced:
+    """The independent simulator's: an offset that settles, which is not the model's shape."""
+    cycle = [Segment(target, 20.0) for target in (60.0, -60.0, 60.0)]
+    effects = {"torque_offset": 2e-4} | ({"backlash": play} if play else {})
+    record = record_loop(WORN, cycle, 400, np.random.default_rng(0), effects=effects)
+    return searched(Loop(record.torque, record.angle, record.time))
+
+
+@pytest.mark.parametrize(("offset", "play"), [(3.0, 1.5e-4), (1.5, 1.5e-4), (3.0, 1.1e-4)])
+def test_play_is_named_beside_an_offset_that_carries_nearly_all(offset: float, play: float) -> None:
+    found = with_play(offset, play, 0)
+    assert set(found.final.ids) == {"torque_offset", "backlash"}
+    _, second, last = found.steps
+    assert share([found.base], [second.before], [last.before]) < 0.01
+    assert second.gains["backlash"] > CLEAR_EVIDENCE
+    assert found.left_over is None
+    assert verdict_of(found) == "explained"
+
+
+def test_an_offset_alone_explains_its_record() -> None:
+    found = with_play(3.0, 0.0, 0)
+    assert found.final.ids == ("torque_offset",)
+    assert found.left_over is None
+    assert verdict_of(found) == "explained"
+
+
+def test_an_offset_of_another_shape_gets_no_second_name() -> None:
+    """Creep would follow what it leaves: that is said, and creep is not named."""
+    found = settling_offset(0.0)
+    assert found.final.ids == ("torque_offset",)
+    assert found.left_over is not None
+    assert verdict_of(found) == "partly_explained"
+
+
+def test_what_is_refused_for_its_share_is_not_called_explained() -> None:
+    """Play that is too little to be told from the offset's own shape by evidence alone."""
+    found = settling_offset(5e-5)
+    assert found.final.ids == ("torque_offset",)
+    assert found.left_over is not None
+    assert found.left_over.id == "backlash"
+    assert LEFT_OVER_EVIDENCE < found.left_over.log_evidence_gain < CLEAR_EVIDENCE
+    assert verdict_of(found) == "partly_explained"
