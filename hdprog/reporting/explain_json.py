@@ -13,10 +13,12 @@ from hdprog.explanation import (
     ErrorFigures,
     Explanation,
     FoundEffect,
+    LeftOver,
     Quantiles,
 )
 from hdprog.physics.parameters import BY_NAME, FloatArray
 from hdprog.reporting.drive_name import drive_name
+from hdprog.reporting.effect_words import left_over_words
 from hdprog.reporting.json_values import number, quantiles
 from hdprog.reporting.pooled import pooled_carriers, pooled_errors, root_mean_square
 from hdprog.reporting.words import quantity
@@ -71,6 +73,7 @@ def _record(found: Explanation) -> dict[str, Any]:
         "carried_by": [_carrier(carrier) for carrier in found.carried_by],
         "effects": [_effect(effect) for effect in found.effects],
         "considered": [_considered(effect) for effect in found.considered],
+        "left_over": _left_over(found.left_over),
         "strained": {name: number(value) for name, value in found.strained.items()},
         **_before_after(found),
         "remaining_hours_before": None,
@@ -93,6 +96,7 @@ def _drive(found: DriveExplanation) -> dict[str, Any]:
         "carried_by": [_carrier(carrier) for carrier in pooled_carriers(tests)],
         "effects": [_effect(effect) for effect in found.effects],
         "considered": [_considered(effect) for effect in found.considered],
+        "left_over": _left_over(found.left_over),
         **_before_after(tests[-1]),
         "amplitudes": {
             name: [_amplitude(row) for row in table] for name, table in found.amplitudes.items()
@@ -105,6 +109,17 @@ def _drive(found: DriveExplanation) -> dict[str, Any]:
 
 def _by_name(values: Mapping[str, Quantiles]) -> dict[str, dict[str, float | None]]:
     return {name: quantiles(levels) for name, levels in values.items()}
+
+
+def _left_over(found: LeftOver | None) -> dict[str, Any] | None:
+    if found is None:
+        return None
+    return {
+        "id": found.id,
+        "coordinate": found.coordinate,
+        "log_evidence_gain": number(found.log_evidence_gain),
+        "words": left_over_words(found),
+    }
 
 
 def _hours(levels: Mapping[float, float | None] | None) -> dict[str, float | None] | None:

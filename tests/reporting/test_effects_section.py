@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from hdprog.explanation import LeftOver
 from hdprog.reporting.build import build_report
 from hdprog.reporting.effect_words import moved_words, place_of_unknown
 from hdprog.reporting.figures.unknown_course import unknown_course
@@ -332,3 +333,29 @@ def test_hours_left_are_not_said_to_move_where_they_do_not() -> None:
     assert spaced(told) == "Remaining life (90 %) is 120 to 900 h, with it and without."
     none_left = dict.fromkeys((0.05, 0.5, 0.95), 0.0)
     assert moved_words(none_left, none_left, "it", "it") is None
+
+
+@pytest.mark.parametrize(
+    ("remains", "what"),
+    [
+        (LeftOver("backlash", None, 44.6), "backlash would carry it best (log Bayes factor 45)"),
+        (
+            LeftOver("unknown", "torque", 17.2),
+            "a curve over torque would follow it (log Bayes factor 17)",
+        ),
+    ],
+)
+def test_what_was_refused_for_its_share_is_told(remains: LeftOver, what: str) -> None:
+    """Though the error is down to the noise, nothing may say that nothing more can be explained."""
+    record = explanations.record("partly_explained", left_over=remains)
+    lead = spaced(section(record).lead)
+    assert "do in part" in lead or "does in part" in lead
+    assert what in lead
+    assert "do not take it for absent" in lead
+    result = explanations.single(record)
+    assert what in " ".join(spaced(sentence) for sentence in verdict(result).sentences)
+    assert "nothing more" not in spaced(Page(build_report(result)).text)
+    whole = explanations.drive_explanation()
+    tests = (*whole.tests[:-1], replace(whole.tests[-1], left_over=remains))
+    drive = replace(whole, verdict="partly_explained", tests=tests)
+    assert what in spaced(section(drive).lead)

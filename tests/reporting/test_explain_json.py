@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hdprog.explanation import DriveExplanation
+from hdprog.explanation import DriveExplanation, LeftOver
 from hdprog.reporting.explain_json import explain_json
 from hdprog.results import DriveResult
 from tests.reporting import drives, explanations
@@ -140,3 +140,17 @@ def test_what_is_not_a_number_is_null() -> None:
 def test_without_an_explanation_there_is_nothing_to_write() -> None:
     with pytest.raises(ValueError, match="effects were not looked for"):
         explain_json(drives.single_fit())
+
+
+def test_what_was_refused_for_its_share_is_written() -> None:
+    remains = LeftOver("backlash", None, 44.6)
+    record = explanations.record("partly_explained", left_over=remains)
+    found = written(explanations.single(record))
+    words = found["left_over"].pop("words")
+    assert "backlash would carry it best" in words
+    assert found["left_over"] == {
+        "id": "backlash",
+        "coordinate": None,
+        "log_evidence_gain": 44.6,
+    }
+    assert written(explanations.single(explanations.record()))["left_over"] is None

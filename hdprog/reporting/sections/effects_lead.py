@@ -5,6 +5,7 @@ from __future__ import annotations
 from hdprog.explanation import DriveExplanation, Explanation
 from hdprog.reporting.effect_words import (
     effect_words,
+    left_over_words,
     mechanisms,
     place_of_unknown,
     unknown_term,
@@ -32,6 +33,7 @@ def lead(found: Explanation | DriveExplanation) -> str:
         _nothing_added(found) if found.verdict == "adequate" else _found(found),
         f"Error {'over all tests ' if several else ''}{before_and_after(reached)}.",
         not_predicted(reached),
+        None if found.left_over is None else left_over_words(found.left_over),
     ]
     return " ".join(text for text in said if text is not None)
 
@@ -39,6 +41,8 @@ def lead(found: Explanation | DriveExplanation) -> str:
 def left(found: Explanation | DriveExplanation) -> str:
     """What is left, against how far the record's own cycles differ, else against the noise."""
     reached = errors(found)
+    if found.left_over is not None and accounted_for(reached):
+        return ""  # that nothing more can be explained would not be true
     return against_cycles(reached) or above_noise(reached) or ""
 
 
@@ -68,7 +72,7 @@ def _found(found: Explanation | DriveExplanation) -> str:
     place = "" if unknown is None else place_of_unknown(found)
     does = agree(len(known), "does", "do")
     if unknown is None:
-        part = "" if accounted_for(errors(found)) else " in part"
+        part = "" if found.left_over is None and accounted_for(errors(found)) else " in part"
         return f"The drive model alone does not explain {where}; {named} {does}{part}."
     if known:
         return (
