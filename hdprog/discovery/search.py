@@ -40,7 +40,8 @@ hardly ever down to the noise where it is so clear.
 """
 LEFT_OVER_EVIDENCE = 10.0
 """Log evidence of what is refused for its share alone from which it is said that it remains."""
-_NOISE = 1.2  # mean square of what is left over the noise's, up to which it is noise alone
+_NOISE = 1.1  # mean square of what is left over the noise's, up to which it is noise alone
+_RIVAL = 0.75  # of its gain that no other mechanism reaches: a leftover is followed by several
 _MOST_EFFECTS = 4
 _MOST_STEPS = 7
 
@@ -281,7 +282,10 @@ def _choose(steps: Sequence[Step], bases: Sequence[Model], *, further: bool) -> 
         return choice
     before, after = [step.before for step in steps], [choice.joined(step) for step in steps]
     gain, _ = gain_of_steps(choice.name, steps)
-    return choice if _believed(bases, before, after, gain) else None
+    others = {name for step in steps for name in step.models} - {choice.name}
+    rival = max((gain_of_steps(name, steps)[0] for name in others), default=0.0)
+    alone = gain if rival < _RIVAL * gain else 0.0
+    return choice if _believed(bases, before, after, alone) else None
 
 
 def _left_over(steps: Sequence[Step], terms: Sequence[Mapping[str, TermGain]]) -> LeftOver | None:

@@ -116,6 +116,7 @@ def test_a_small_effect_is_added_where_it_keeps_a_free_curve_out(
 
     for name in ("FURTHER_SHARE", "CLEARING_SHARE"):
         monkeypatch.setattr(search, name, 2.0)
+    monkeypatch.setattr(search, "CLEAR_EVIDENCE", np.inf)
     monkeypatch.setattr(search, "with_unknown", curve_unless_all)
     seeds = [np.random.SeedSequence(1)]
     found = trace([prepared("two at once")], seeds, SOME)[0]
