@@ -20,6 +20,7 @@ from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.physics.drive_model import predict
 from hdprog.physics.effects import BY_ID
+from hdprog.physics.parameters import FloatArray
 from tests.independent.loops import record_loop
 from tests.independent.simulator import POST_TEST as WORN
 from tests.independent.simulator import Segment
@@ -38,10 +39,11 @@ def searched(loop: Loop) -> Traced:
 def with_play(offset: float, play: float, seed: int) -> Traced:
     """±60 Nm and back; the offset in Nm, the play in rad, 5e-6 rad of noise."""
     turns = np.interp(np.arange(400), [0, 80, 240, 399], [0.0, 1.0, -1.0, 1.0])
-    torque = np.asarray(60.0 * turns, dtype=np.float64)
+    torque: FloatArray = np.asarray(60.0 * turns, dtype=np.float64)
     angle = predict(torque, POST_TEST) + 0.5 * play * np.tanh(torque / 0.6)
     angle += 5e-6 * np.random.default_rng(seed).standard_normal(torque.size)
-    return searched(Loop(torque + offset, angle, 0.1 * np.arange(torque.size)))
+    time: FloatArray = np.linspace(0.0, 40.0, torque.size)
+    return searched(Loop(torque + offset, angle, time))
 
 
 @lru_cache
