@@ -44,6 +44,8 @@ _REFUSED = {
     errno.EPERM,
     errno.EROFS,
 }
+# Raised by a write, without the name of the file that was being written.
+_FULL = {errno.EDQUOT, errno.EFBIG, errno.ENOSPC}
 
 
 class GuardedGroup(TyperGroup):
@@ -92,6 +94,13 @@ def explain_error(error: Exception) -> tuple[ExitCode, str]:
             f"Error: {error.filename}: {error.strerror}. The file or folder must be there, be "
             "readable, and be writable where hdprog writes; give another path, or change its "
             "permissions or free space."
+        )
+    if isinstance(error, OSError) and error.errno in _FULL:
+        return ExitCode.BAD_INPUT, (
+            f"Error: {os.strerror(error.errno)}: found no room for what was to be written; "
+            "expected room for the results where --out points, or where standard output goes. "
+            "Nothing half-written was left behind. Free space or raise the limit, or give another "
+            "folder with --out DIR, and run the command again."
         )
     return ExitCode.BUG, (
         f"hdprog stopped through a mistake of its own, not of your data: "

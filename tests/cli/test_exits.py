@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -87,6 +89,15 @@ def test_refused_by_the_system_is_no_bug(invoke: Invoke, workflow: Workflow) -> 
     shown = invoke("run", "drive")
     assert shown.exit_code == 3
     assert "/locked/summary.json: Permission denied" in shown.stderr
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EFBIG])
+def test_a_full_disk_is_no_bug(invoke: Invoke, workflow: Workflow, number: int) -> None:
+    workflow.error = OSError(number, "what a write says, which names no file")
+    shown = invoke("run", "drive")
+    assert shown.exit_code == 3
+    assert os.strerror(number) in shown.stderr
+    assert "Free space" in shown.stderr
 
 
 def test_out_that_is_a_file_is_refused_before_the_work(
