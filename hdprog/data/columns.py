@@ -112,7 +112,8 @@ def find_columns(
                 continue
             index, unit_text = candidates[0], ""
         unit = _unit(headers[index], unit_text, role, where)
-        if unit is None and role == "time" and _is_iso(first_row, index):
+        # No number is a date: a header such as time_s leaves nothing to guess.
+        if role == "time" and not unit_text and _is_iso(first_row, index):
             unit = ISO_8601
         if unit is None:
             without_unit.append((role, headers[index]))

@@ -115,7 +115,7 @@ def test_optional_columns(tmp_path: Path) -> None:
     assert loop.output_angle[10] == pytest.approx(math.radians(1.0))
 
 
-@pytest.mark.parametrize("header", ["time", "timestamp", "time [ISO 8601]"])
+@pytest.mark.parametrize("header", ["time", "timestamp", "time [ISO 8601]", "time_s"])
 @pytest.mark.parametrize("quote", ["", '"'])  # the fast and the careful way of reading
 def test_iso_times_need_no_unit(tmp_path: Path, header: str, quote: str) -> None:
     stamps = [
