@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, as_completed
@@ -162,12 +163,7 @@ def _orders(
     path: Path, out: Path, seed: int, quick: bool, explain: bool
 ) -> tuple[list[Order], list[LeftOut]]:
     """One order a drive folder; folders that cannot be read are left out."""
-    inside = out.resolve()
-    folders = [
-        file.parent
-        for file in sorted(path.rglob("drive.toml"))
-        if not file.resolve().is_relative_to(inside)
-    ]
+    folders = _drive_folders(path, out)
     if not folders:
         raise BadInputError(
             f"no folder {path}" if not path.is_dir() else "no drive.toml below it",
@@ -192,6 +188,24 @@ def _orders(
         orders.append(Order(name, folder, place, key, seed, quick, explain))
     _require_any(orders, path, left_out)
     return orders, left_out
+
+
+def _drive_folders(path: Path, out: Path) -> list[Path]:
+    """Folders with a drive.toml, links followed and each once; results below `path` are left out."""
+    results = out.resolve()
+    below = results != path.resolve() and results.is_relative_to(path.resolve())
+    found: list[Path] = []
+    seen: set[Path] = set()
+    for place, inner, files in os.walk(path, followlinks=True):
+        here = Path(place)
+        real = here.resolve()
+        if real in seen or (below and real == results):
+            inner.clear()
+            continue
+        seen.add(real)
+        if "drive.toml" in files:
+            found.append(here)
+    return sorted(found)
 
 
 def _require_any(usable: Sequence[Order], path: Path, left_out: Sequence[LeftOut]) -> None:

@@ -81,6 +81,22 @@ def test_drives_are_listed_worst_first_and_kept(
     assert again == [[False, False], [True, False]]
 
 
+def test_drives_behind_links_are_found_once(folder: Path, tmp_path: Path) -> None:
+    linked = tmp_path / "linked"
+    linked.mkdir()
+    (linked / "a").symlink_to(folder / "cell2")
+    (linked / "b").symlink_to(folder / "cell1")
+    (folder / "cell1" / "back").symlink_to(linked)  # a ring
+    found = fleet_run._orders(linked, tmp_path / "out", 0, True, False)[0]
+    assert [order.name for order in found] == ["a", "b/worn"]
+
+
+def test_results_may_lie_beside_the_drives_or_above(folder: Path, tmp_path: Path) -> None:
+    for out in (folder, tmp_path):
+        found = fleet_run._orders(folder, out, 0, True, False)[0]
+        assert [order.name for order in found] == ["cell1/worn", "cell2"]
+
+
 def test_another_prior_makes_a_drive_anew(folder: Path, tmp_path: Path) -> None:
     worn = folder / "cell1" / "worn"
     own = worn / "own.toml"
