@@ -111,4 +111,15 @@ def _prepare_worker() -> None:
     """Leave an interrupt from the keyboard to the parent, which ends its workers."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    if hasattr(signal, "SIGHUP"):
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     hold_blas_to_one_thread()
+
+
+def _end_with_parent() -> None:
+    """End this worker once its parent has gone, which may have been killed: nobody else would."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

@@ -26,6 +26,7 @@ class ExitCode(IntEnum):
     USAGE = 2
     BAD_INPUT = 3
     NOT_CONVERGED = 4
+    HUNG_UP = 129
     INTERRUPTED = 130
     BROKEN_PIPE = 141
     TERMINATED = 143
@@ -60,6 +61,10 @@ class GuardedGroup(TyperGroup):
         """Run the command; turn what goes wrong into words and an exit code."""
         if threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGTERM, _end)
+            # A terminal that closes ends the command too, unless nohup has it ignored.
+            closed = getattr(signal, "SIGHUP", None)  # which Windows has not
+            if closed is not None and signal.getsignal(closed) == signal.SIG_DFL:
+                signal.signal(closed, _end)
         try:
             outcome = super().invoke(ctx)
             sys.stdout.flush()
@@ -120,9 +125,9 @@ def _place(error: Exception) -> str:
     return f"{file[file.rindex(f'hdprog{os.sep}') :]}, line {ours[-1].lineno}"
 
 
-def _end(_number: int, _frame: object) -> None:
+def _end(number: int, _frame: object) -> None:
     """End as after an interrupt: what was begun aside is removed, worker processes stop."""
-    raise SystemExit(ExitCode.TERMINATED)
+    raise SystemExit(ExitCode(128 + number))
 
 
 def _discard_standard_output() -> None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import errno
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -127,8 +129,22 @@ def test_a_closed_pipe_is_quiet() -> None:
     assert done.returncode == 141
 
 
+def _runs(process: Path) -> bool:
+    """Whether a process is there and no zombie, which in a container nobody may take away."""
+    try:
+        return (process / "stat").read_text("utf-8").rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for the workers below /proc")
-def test_a_command_that_is_told_to_end_takes_its_workers_along(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("sent", "code_of_end"),
+    [("SIGTERM", 143), ("SIGHUP", 129), ("SIGKILL", -9)],
+)
+def test_a_command_that_is_told_to_end_takes_its_workers_along(
+    tmp_path: Path, sent: str, code_of_end: int
+) -> None:
     code = (
         "import os, sys, time, types\n"
         "from hdprog.parallel import process_executor\n"
@@ -152,9 +168,12 @@ def test_a_command_that_is_told_to_end_takes_its_workers_along(tmp_path: Path) -
         assert command.stdout is not None
         workers = [Path("/proc", one) for one in command.stdout.readline().split()]
         assert len(workers) == 2
-        command.terminate()
-        assert command.wait(30) == 143
-    assert not any(worker.exists() for worker in workers)
+        command.send_signal(signal.Signals[sent])
+        assert command.wait(30) == code_of_end
+    within = time.monotonic() + 10.0  # a killed command cannot wait for them
+    while any(_runs(worker) for worker in workers) and time.monotonic() < within:
+        time.sleep(0.05)
+    assert not any(_runs(worker) for worker in workers)
     assert not (tmp_path / "out").exists()
 
 
