@@ -191,7 +191,7 @@ def _orders(
 
 
 def _drive_folders(path: Path, out: Path) -> list[Path]:
-    """Folders with a drive.toml, links followed and each once; results below `path` are left out."""
+    """Folders with a drive.toml, links followed, each once; results below `path` are left out."""
     results = out.resolve()
     below = results != path.resolve() and results.is_relative_to(path.resolve())
     found: list[Path] = []
