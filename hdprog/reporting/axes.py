@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -28,6 +29,7 @@ _EDGE = 0.04  # inches left free at the edge of the figure
 _USUAL_LEFT = 0.72  # inches; pictures with short labels line up below each other
 _LETTER_WIDTH = 0.0685  # inches a letter at 8.5 points, DejaVu Sans, on average
 _ROW_HEIGHT = 0.17  # inches
+_BETWEEN = 0.06  # inches between tick labels beside each other, at the least
 
 
 @dataclass(frozen=True)
@@ -123,6 +125,31 @@ def _widest_label(strips: Sequence[Axes]) -> float:
         ticks = [float(tick) for tick in axes.get_yticks() if low <= tick <= high]
         texts += axes.yaxis.get_major_formatter().format_ticks(ticks)
     return max((_text_width(text, font) for text in texts), default=0.0)
+
+
+def has_room(axes: Axes, text: str, first: float, last: float) -> bool:
+    """Whether a text of 8.5 points fits between two places on x, whose limits must be set."""
+    low, high = axes.get_xlim()
+    place = axes.get_position().width * _wide(axes)
+    return len(text) * _LETTER_WIDTH <= (last - first) / (high - low) * place
+
+
+def ticks_inside(axes: Axes) -> None:
+    """Put ticks on x whose labels stay inside the axes, for panels that stand side by side.
+
+    The x limits must have been set; labels are those of `THOUSANDS` in the axes' own size.
+    """
+    low, high = axes.get_xlim()
+    font = FontProperties(size=axes.xaxis.get_ticklabels()[0].get_fontsize())
+    inches = (high - low) / (axes.get_position().width * _wide(axes))
+    for count in (4, 3, 2, 1):
+        ticks = MaxNLocator(count).tick_values(low, high)
+        half = [_text_width(THOUSANDS(tick, 0), font) * inches / 2 for tick in ticks]
+        kept = [(t, h) for t, h in zip(ticks, half, strict=True) if low <= t - h and t + h <= high]
+        apart = [b - h - (a + g) for (a, g), (b, h) in itertools.pairwise(kept)]
+        if kept and min(apart, default=inches) >= _BETWEEN * inches:
+            axes.set_xticks([tick for tick, _ in kept])
+            return
 
 
 def hour_axis(axes: Axes, first: float, last: float) -> None:

@@ -1,12 +1,16 @@
 from __future__ import annotations
 
+import itertools
+
+import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from hdprog.reporting.axes import align_left, title_that_fits
+from hdprog.reporting.axes import THOUSANDS, align_left, ticks_inside, title_that_fits
 from hdprog.reporting.figures.residual_strip import draw_residual, format_axes, residual_height
+from hdprog.reporting.figures.trend_fan import visible_hours
 from hdprog.reporting.style import house_style, new_figure
-from tests.reporting import explanations
+from tests.reporting import drives, explanations
 
 
 @pytest.mark.parametrize("scale", [1.0, 300.0])
@@ -38,3 +42,35 @@ def test_a_title_too_long_for_its_axes_is_shortened() -> None:
         long = "With Coulomb friction and torque sensor hysteresis: 15 µrad"
         title_that_fits(axes, long, "With what was added: 15 µrad")
         assert axes.get_title("left") == "With what was added: 15 µrad"
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(-2e5, 2.5e6), (500.0, 8_100.0), (2_400.0, 17_000.0), (8.0, 42.0)]
+)
+def test_tick_labels_stay_inside_their_panel_and_apart(low: float, high: float) -> None:
+    with house_style():
+        figure = new_figure(7.6, 2.0)
+        axes = figure.add_axes((0.115, 0.2, 0.205, 0.7))
+        axes.tick_params(labelsize=7.6)
+        axes.set_xlim(low, high)
+        axes.xaxis.set_major_formatter(THOUSANDS)
+        ticks_inside(axes)
+        FigureCanvasAgg(figure).draw()
+        boxes = [label.get_window_extent() for label in axes.xaxis.get_ticklabels()]
+        panel = axes.get_window_extent()
+    assert len(boxes) >= 2
+    assert all(panel.x0 - 1.0 <= box.x0 and box.x1 <= panel.x1 + 1.0 for box in boxes)
+    assert all(one.x1 < other.x0 for one, other in itertools.pairwise(boxes))
+
+
+def test_a_late_end_of_the_crossing_leaves_the_tests_room() -> None:
+    """At 17 000 h of 900 h measured the tests had stood in a twentieth of the picture."""
+    result = drives.wearing(drives.LOST_MOTION, crossing=1_300.0, count=4)
+    limit, trend = drives.LOST_MOTION, result.trend
+    assert trend is not None
+    figure = trend.figures[limit.key]
+    for spread, most in ((0.1, 2_000.0), (3.0, 4_500.0)):
+        crossings = 900.0 + 400.0 * np.exp(spread * np.linspace(-2.0, 2.0, 401))
+        first, end = visible_hours(figure, drives.forecast_of(limit, crossings, 900.0))
+        assert first < 0.0
+        assert 1_300.0 < end <= most

@@ -34,6 +34,7 @@ from hdprog.reporting.words import capital, listed
 from hdprog.results import Forecast
 
 _WORTH_SAYING = 0.05  # of what lies outside of the picture
+_ROOM_FOR_WORDS = 0.25  # of the height of the hill's axes
 _DASHES = ((0, (6, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)), (0, (3, 1)))
 
 
@@ -121,15 +122,15 @@ def _draw_density(axes: Axes, main: Forecast, end: float) -> None:
             continue
         height = float(np.interp(hour, at, density))
         axes.plot([hour, hour], [0.0, height], color=INK, linewidth=1.3)
+        inside = height > _ROOM_FOR_WORDS * top  # under the curve, which they would hide
         axes.annotate(
             share(level),
-            (hour, height),
-            xytext=(5, 3),
+            (hour, 0.0 if inside else height),
+            xytext=(4, 4),
             textcoords="offset points",
             fontsize=8.5,
             color=INK,
             zorder=5,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
         )
     already = outlook.risk_now(main)
     if already > _WORTH_SAYING:

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from hdprog.physics.parameters import FloatArray
-from hdprog.reporting.axes import THOUSANDS
+from hdprog.reporting.axes import THOUSANDS, ticks_inside
 from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.rounding import grouped, interval
 from hdprog.reporting.style import FIT, INK, Picture, new_figure, picture
@@ -45,7 +45,7 @@ def ridge_pairs(test: TestResult, draws: ParameterDraws) -> Picture:
             )
             axes = figure.add_axes(place)
             if row == column:
-                _spread(axes, values[across], across)
+                _spread(axes, values[across], _quantiles(test, across), across)
             else:
                 _cloud(axes, values[across], values[below])
             _label(axes, across, below, row, column)
@@ -72,16 +72,25 @@ def ridge_pairs(test: TestResult, draws: ParameterDraws) -> Picture:
     )
 
 
-def _spread(axes: Axes, values: FloatArray, name: str) -> None:
+def _quantiles(test: TestResult, name: str) -> tuple[float, float, float]:
+    """Ends and middle of all draws, of which the picture holds some."""
+    quantiles = test.parameters[name].quantiles
+    factor = parameter_factor(name)
+    return factor * quantiles[0.05], factor * quantiles[0.50], factor * quantiles[0.95]
+
+
+def _spread(
+    axes: Axes, values: FloatArray, quantiles: tuple[float, float, float], name: str
+) -> None:
     low, high = _range(values)
     axes.hist(values, bins=24, range=(low, high), color=FIT, alpha=0.45, density=True)
     top = 1.6 * axes.get_ylim()[1]
     axes.set_ylim(0.0, top)
     axes.set_xlim(low, high)
-    five, middle, most = np.quantile(values, [0.05, 0.5, 0.95])
+    five, middle, most = quantiles
     axes.plot([five, most], [0.7 * top] * 2, color=INK, linewidth=1.8, solid_capstyle="butt")
     axes.plot([middle], [0.7 * top], "o", color=INK, markersize=4)
-    low_text, middle_text, high_text = interval(float(five), float(middle), float(most))
+    low_text, middle_text, high_text = interval(five, middle, most)
     axes.text(
         0.03,
         0.96,
@@ -125,8 +134,8 @@ def _cloud(axes: Axes, across: FloatArray, below: FloatArray) -> None:
 
 def _label(axes: Axes, across: str, below: str, row: int, column: int) -> None:
     axes.tick_params(labelsize=7.6)
-    axes.xaxis.set_major_locator(MaxNLocator(4, prune="both"))
     axes.xaxis.set_major_formatter(THOUSANDS)
+    ticks_inside(axes)
     if row == len(RIDGE) - 1:
         axes.set_xlabel(_named(across), fontsize=8.5)
     else:

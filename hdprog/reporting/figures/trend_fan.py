@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from hdprog.config import Limit
 from hdprog.reporting import outlook
-from hdprog.reporting.axes import THOUSANDS, Event, hour_axis, mark_events
+from hdprog.reporting.axes import THOUSANDS, Event, has_room, hour_axis, mark_events
 from hdprog.reporting.crossing_density import crossing_density
 from hdprog.reporting.figures.trend_numbers import trend_numbers
 from hdprog.reporting.rounding import hours, hours_up, percent
@@ -37,6 +37,8 @@ from hdprog.reporting.words import (
 from hdprog.results import LEVELS, FigureTrend, Forecast, TestResult
 
 _HILL = 0.16  # height of the density, as a part of the axis
+_AHEAD = 4.0  # how many times as much as the time measured is shown of the time to come
+_PAST_MIDDLE = 1.2  # and how much past the hour by which the limit is as likely passed as not
 
 
 def trend_fan(trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult]) -> Picture:
@@ -56,14 +58,14 @@ def trend_fan(trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult
     threshold = named.factor * limit.threshold
     figure = new_figure(7.6, 4.0)
     axes = figure.add_axes((0.115, 0.185, 0.855, 0.65))
-    first, end = _view(trend, forecast)
+    first, end = visible_hours(trend, forecast)
     hour_axis(axes, first, end)
     axes.set_ylim(*_range(trend, limit, threshold, end))
     axes.yaxis.set_major_formatter(THOUSANDS)
     axes.set_ylabel(named.head)
     mark_events(axes, _events(forecast, tests))
     _draw_fan(axes, trend)
-    _draw_limit(axes, limit, threshold, first)
+    _draw_limit(axes, limit, threshold, forecast.now_hours)
     _draw_tests(axes, trend, tests)
     _draw_density(axes, forecast, limit, threshold, end)
     _draw_crossing(axes, forecast, threshold, end)
@@ -77,7 +79,7 @@ def trend_fan(trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult
             f" itself{as_if_at(trend.reference_C)} (median, 90 %); the fan is the drive's state and"
             " its forecast without the scatter of remounting (dark 50 %, pale 90 %). The hill on"
             " the limit line is the density of the hour at which it is passed; the bar spans 90 %"
-            " of it, the diamond is its middle."
+            " of it (an arrow: it goes on), the diamond is its middle."
         ),
         good="the points scatter about the fan by about their own bars; the fan stays clear of"
         " the limit.",
@@ -98,7 +100,7 @@ def _converted(trend: FigureTrend, factor: float) -> FigureTrend:
     )
 
 
-def _view(trend: FigureTrend, forecast: Forecast) -> tuple[float, float]:
+def visible_hours(trend: FigureTrend, forecast: Forecast) -> tuple[float, float]:
     """First and last hour shown: everything measured, and the crossing where there is one."""
     measured = trend.test_hours if trend.test_hours.size else np.array([forecast.now_hours])
     start = float(min(measured.min(), forecast.now_hours))
@@ -107,7 +109,17 @@ def _view(trend: FigureTrend, forecast: Forecast) -> tuple[float, float]:
     if forecast.already_crossed:
         end = forecast.now_hours + 0.35 * max(forecast.now_hours - start, 1.0)
     end = max(end, forecast.now_hours + 0.15 * max(forecast.now_hours - start, 1.0))
+    end = min(end, _worth_showing(forecast, start))
     return start - 0.03 * (end - start), end
+
+
+def _worth_showing(forecast: Forecast, start: float) -> float:
+    """Hour after which a late end of the crossing would leave the tests no room."""
+    middle = outlook.crossing_hours(forecast).get(0.50)
+    measured = forecast.now_hours - start
+    if middle is None or measured <= 0.0:
+        return np.inf
+    return max(forecast.now_hours + _AHEAD * measured, start + _PAST_MIDDLE * (middle - start))
 
 
 def _range(trend: FigureTrend, limit: Limit, threshold: float, end: float) -> tuple[float, float]:
@@ -144,7 +156,11 @@ def _draw_fan(axes: Axes, trend: FigureTrend) -> None:
     axes.plot(trend.hours, q50, color=FIT, linewidth=1.8, label="state, median")
 
 
-def _draw_limit(axes: Axes, limit: Limit, threshold: float, first: float) -> None:
+def _draw_limit(axes: Axes, limit: Limit, threshold: float, now: float) -> None:
+    """Draw the limit and what is past it; its words stand before now or, without room, at the end.
+
+    At the end they stand on the side that the hill of the crossing leaves free.
+    """
     axes.axhline(threshold, color=LIMIT, linewidth=1.6)
     above = limit.direction == "above"
     low, high = axes.get_ylim()
@@ -156,13 +172,17 @@ def _draw_limit(axes: Axes, limit: Limit, threshold: float, first: float) -> Non
         linewidth=0,
         zorder=0,
     )
+    text = f"limit {threshold_words(limit.key, limit.threshold)}"
+    first, end = axes.get_xlim()
+    at_end = not has_room(axes, text, first, now)
+    upward = above != at_end
     axes.annotate(
-        f"limit {threshold_words(limit.key, limit.threshold)}",
-        (first, threshold),
-        xytext=(4, 4 if above else -4),
+        text,
+        (end if at_end else first, threshold),
+        xytext=(-4 if at_end else 4, 4 if upward else -4),
         textcoords="offset points",
-        ha="left",
-        va="bottom" if above else "top",
+        ha="right" if at_end else "left",
+        va="bottom" if upward else "top",
         fontsize=8.5,
         color=LIMIT,
         zorder=5,
@@ -226,6 +246,8 @@ def _draw_crossing(axes: Axes, forecast: Forecast, threshold: float, end: float)
     early, middle, late = (crossing.get(level) for level in (0.05, 0.50, 0.95))
     if early is None:
         return
+    if late is not None and late > end:
+        late = None
     right = end if late is None else late
     axes.plot(
         [early, right],
