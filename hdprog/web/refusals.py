@@ -108,6 +108,9 @@ def _unkept(request: Request, error: Exception) -> Response:
 def _http(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     found, to_do = "nothing to do", ""
+    if error.status_code == 404:
+        found = "nothing at this address"
+        to_do = " Expected was one that a page or an answer gave: look it up there."
     if error.status_code == 400:
         found = "a request that is not in the form it says to be"
         to_do = (

@@ -66,14 +66,15 @@ def test_a_job_that_was_called_off_is_no_failure(
         attempt = jobs.start(session, first)
         assert jobs.cancel(session, COMMAND_LINE, newest)
         assert jobs.finish(session, first, attempt, None)
-    under_way = viewer.get("/drives/called-off").text
-    assert "The first analysis is under way." in under_way
+    in_turn = viewer.get("/drives/called-off").text
+    assert "The first analysis waits for its turn." in in_turn
+    assert "Waiting for its turn." in text_of(in_turn)
     with store.writing() as session:
         again = jobs.find_job(session, second.id)
         assert again is not None
         assert jobs.cancel(session, COMMAND_LINE, again)
     page = viewer.get("/drives/called-off").text
-    for seen in (under_way, page, viewer.get("/", params={"q": "called-off"}).text):
+    for seen in (in_turn, page, viewer.get("/", params={"q": "called-off"}).text):
         assert "did not end well" not in seen
     assert f'No analysis is under way. <a href="/jobs/{newest.id}">Its last job</a>' in page
     with store.writing() as session:
