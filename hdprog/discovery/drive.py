@@ -52,7 +52,7 @@ def explain_drive(traced: Sequence[Traced], closed: Sequence[Closed]) -> DriveEx
     found = [_pooled_effect(name, traced, closed, sizes[name]) for name in names]
     found.sort(key=lambda effect: (effect.id == UNKNOWN, -effect.share))
     return DriveExplanation(
-        verdict=_verdict(set(names), complete=all(one.left_over is None for one in tests)),
+        verdict=_verdict(set(names)),
         effects=tuple(found),
         considered=_considered(traced, closed, set(names)),
         amplitudes=sizes,
@@ -60,11 +60,11 @@ def explain_drive(traced: Sequence[Traced], closed: Sequence[Closed]) -> DriveEx
     )
 
 
-def _verdict(names: set[str], *, complete: bool) -> Verdict:
+def _verdict(names: set[str]) -> Verdict:
     if not names:
         return "adequate"
     if UNKNOWN not in names:
-        return "explained" if complete else "partly_explained"
+        return "explained"
     return "unexplained" if names == {UNKNOWN} else "partly_explained"
 
 

@@ -126,7 +126,7 @@ def _kept_angle(prepared: Prepared) -> FloatArray:
 def verdict_of(traced: Traced) -> Verdict:
     """The outcome in the words of the contract."""
     final = traced.final
-    if final.term is None and traced.left_over is None:
+    if final.term is None:
         return "explained" if final.ids else "adequate"
     return "partly_explained" if final.ids else "unexplained"
 

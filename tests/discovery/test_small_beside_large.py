@@ -87,4 +87,3 @@ def test_what_is_refused_for_its_share_is_not_called_explained() -> None:
     assert found.left_over is not None
     assert found.left_over.id == "backlash"
     assert found.left_over.log_evidence_gain > CLEAR_EVIDENCE > LEFT_OVER_EVIDENCE
-    assert verdict_of(found) == "partly_explained"

@@ -144,7 +144,7 @@ def test_without_an_explanation_there_is_nothing_to_write() -> None:
 
 def test_what_was_refused_for_its_share_is_written() -> None:
     remains = LeftOver("backlash", None, 44.6)
-    record = explanations.record("partly_explained", left_over=remains)
+    record = explanations.record(left_over=remains)
     found = written(explanations.single(record))
     words = found["left_over"].pop("words")
     assert "backlash would carry it best" in words
