@@ -97,8 +97,10 @@ def _reversal_torques(
     """Denoised torque at the end of every stretch, (stretches,) in Nm."""
     torques = np.empty(turning_points.size - 1)
     following = np.append(turning_points[2:], turning_points[-1])
+    windows = [_window(torque[start : end + 1], noise) for start, end in pairwise(turning_points)]
     for number, (start, end) in enumerate(pairwise(turning_points)):
-        half = _window(torque[start : end + 1], noise) // 2
+        # Readings of both ramps are averaged: the steeper one bounds how many.
+        half = min(windows[number : number + 2]) // 2
         # Of a ramp of fewer than three readings no line is known: there the reading stands.
         if half == 0 and start <= end - 3 and end + 3 <= following[number]:
             torques[number] = _corner(torque[end - 3 : end + 4], noise)

@@ -192,3 +192,12 @@ def test_a_stretch_of_one_or_two_readings_keeps_its_reversals(torque: list[float
     points = turning_points(loop.torque)
     reached = reduce_loop(loop, points, 0.0).path.reversal_torque
     np.testing.assert_allclose(reached, loop.torque[points[1:]], atol=1e-9)
+
+
+def test_a_slow_ramp_is_not_averaged_with_a_steep_one() -> None:
+    """Over as many readings as suit the slow one the top would be some 1 Nm too low."""
+    torque = np.array([*np.linspace(0.0, 100.0, 2001), *np.linspace(98.0, -100.0, 100)])
+    loop, noise = Loop(torque, torque / 2e4), 0.1
+    reached = reduce_loop(loop, turning_points(torque), noise).path.reversal_torque
+    assert reached is not None
+    assert reached[0] == pytest.approx(100.0, abs=noise)
