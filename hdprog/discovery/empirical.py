@@ -68,13 +68,13 @@ def over_threshold(terms: Sequence[Mapping[str, TermGain]]) -> float:
     return max(_pooled_gains(terms).values())
 
 
-def strongest(terms: Sequence[Mapping[str, TermGain]]) -> tuple[str, float]:
-    """Coordinate of the empirical term that gains most over its threshold, and its log evidence.
+def strongest(terms: Sequence[Mapping[str, TermGain]]) -> tuple[str, float, float]:
+    """Coordinate of the empirical term that gains most over its threshold.
 
-    Counted as if every threshold were that of a mechanism.
+    With its log evidence, and by how much that passes the threshold.
     """
     name, over = max(_pooled_gains(terms).items(), key=lambda item: item[1])
-    return name, over + THRESHOLD
+    return name, pooled([found[name].gain for found in terms]), over
 
 
 def _pooled_gains(terms: Sequence[Mapping[str, TermGain]]) -> dict[str, float]:

@@ -39,7 +39,10 @@ What another shape of the first one leaves is followed by a curve as well as by 
 hardly ever down to the noise where it is so clear.
 """
 LEFT_OVER_EVIDENCE = 10.0
-"""Log evidence of what is refused for its share alone from which it is said that it remains."""
+"""Log evidence of what is refused for its share alone from which it is said that it remains.
+
+Of a curve over time or order so much more as its threshold is higher.
+"""
 _NOISE = 1.1  # mean square of what is left over the noise's, up to which it is noise alone
 _RIVAL = 0.75  # of its gain that no other mechanism reaches: a leftover is followed by several
 _MOST_EFFECTS = 4
@@ -290,14 +293,14 @@ def _choose(steps: Sequence[Step], bases: Sequence[Model], *, further: bool) -> 
 
 def _left_over(steps: Sequence[Step], terms: Sequence[Mapping[str, TermGain]]) -> LeftOver | None:
     """The mechanism or the curve that gains most on the last models, if no chance does as well."""
-    name, gain = strongest(terms)
+    name, gain, over = strongest(terms)
     found = LeftOver(UNKNOWN, name, gain)
     if (leading := _leading(steps)) is not None:
         gain, _ = gain_of_steps(leading.name, steps)
-        found = max(
-            found, LeftOver(leading.name, None, gain), key=lambda one: one.log_evidence_gain
-        )
-    return found if found.log_evidence_gain >= LEFT_OVER_EVIDENCE else None
+        # By what each gains over its own threshold: a curve over time must gain more.
+        if gain - THRESHOLD >= over:
+            found, over = LeftOver(leading.name, None, gain), gain - THRESHOLD
+    return found if over >= LEFT_OVER_EVIDENCE - THRESHOLD else None
 
 
 def _gave_way(models: Sequence[Model], finals: Sequence[Model]) -> bool:

@@ -15,7 +15,15 @@ from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.discovery.explain import verdict_of
 from hdprog.discovery.pooling import share
-from hdprog.discovery.search import CLEAR_EVIDENCE, LEFT_OVER_EVIDENCE, Traced, trace
+from hdprog.discovery.search import (
+    CLEAR_EVIDENCE,
+    LEFT_OVER_EVIDENCE,
+    Traced,
+    _left_over,
+    trace,
+)
+from hdprog.discovery.unknown import TermGain
+from hdprog.explanation import LeftOver
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.physics.drive_model import predict
@@ -80,10 +88,22 @@ def test_an_offset_of_another_shape_gets_no_second_name() -> None:
     assert found.left_over is None
 
 
-def test_what_is_refused_for_its_share_is_not_called_explained() -> None:
-    """Play beside an offset whose own shape leaves more than noise: it is told, not named."""
+def test_what_is_refused_for_its_share_is_told_and_not_named() -> None:
+    """Play beside an offset whose own shape leaves more than noise; the verdict is of the names."""
     found = settling_offset(1e-4)
     assert found.final.ids == ("torque_offset",)
     assert found.left_over is not None
     assert found.left_over.id == "backlash"
     assert found.left_over.log_evidence_gain > CLEAR_EVIDENCE > LEFT_OVER_EVIDENCE
+    assert verdict_of(found) == "explained"
+
+
+def test_a_curve_that_is_left_over_is_told_with_its_own_evidence() -> None:
+    """One over time must pass a higher threshold, for noise looks like it; its evidence is its."""
+
+    def told(**gains: float) -> LeftOver | None:
+        return _left_over([], [{name: TermGain(name, gain, True) for name, gain in gains.items()}])
+
+    assert told(time=20.0, torque=10.5) == LeftOver("unknown", "time", 20.0)
+    assert told(time=20.0, torque=12.0) == LeftOver("unknown", "torque", 12.0)
+    assert told(time=18.0, torque=9.0) is None
