@@ -118,10 +118,8 @@ class CentredLoop:
 def _added(loop: FittedLoop, own: FloatArray) -> FloatArray | None:
     """(blocks,) what free effects add at own numbers (k,); None where it hangs on the state."""
     free = EffectSet(loop.free_effects, loop.likelihood.effect_set.scales)
-    # Where an error of the torque's reading is corrected, some sit elsewhere on the record.
-    corrected = any(one.acts_on == "torque" for one in loop.likelihood.effects)
-    moving = corrected and any(one.at_torque for one in free.effects)
-    if free.angle_effects != free.effects or moving:
+    # Errors of the torque's reading, which move other effects along the record, are never followed.
+    if free.angle_effects != free.effects:
         return None
     state = np.zeros((1, loop.posterior.shape[1]))
     values = loop.effect_values(loop.points(state, own[None]), state)

@@ -31,7 +31,7 @@ class ThermalDrift(Effect):
     advice = "Let the rig and the drive warm up before the test, and record the temperature."
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
-        """D and g in rad, τ in parts of the record, p."""
+        """Zero drift d and g in rad, τ in parts of the record, p."""
         telling = scales.warming is not None and scales.warming > _TELLING
         return (
             signed_amplitude("drift", "of the angle's zero over the record", scales),
