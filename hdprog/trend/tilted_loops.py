@@ -28,8 +28,8 @@ _DRAWS = 1500
 _FEWEST = 100.0  # effective draws that moments are taken from
 _TAILS = 8  # degrees of freedom of the draws
 _WIDER = 1.2  # than the test's Gaussian, which the draws are
-_HIGHEST_TOP = 4.0  # twice how far above its height at the mean a loop's top may be, in nats
-_LITTLE = 0.1  # of the curvature of all that is said: above it a loop speaks for itself
+_HIGHEST_TOP = 4.0  # twice how far above its height at the mean a direction's top may be, in nats
+_LITTLE = 0.1  # of the curvature of all that is said: no direction is given more
 
 
 @dataclass(frozen=True)
