@@ -60,11 +60,8 @@ class GuardedGroup(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         """Run the command; turn what goes wrong into words and an exit code."""
         if threading.current_thread() is threading.main_thread():
-            signal.signal(signal.SIGTERM, _end)
-            # A terminal that closes ends the command too, unless nohup has it ignored.
-            closed = getattr(signal, "SIGHUP", None)  # which Windows has not
-            if closed is not None and signal.getsignal(closed) == signal.SIG_DFL:
-                signal.signal(closed, _end)
+            for sign in ending_signals():
+                signal.signal(sign, _end)
         try:
             outcome = super().invoke(ctx)
             sys.stdout.flush()
@@ -123,6 +120,14 @@ def _place(error: Exception) -> str:
         return "outside hdprog"
     file = ours[-1].filename
     return f"{file[file.rindex(f'hdprog{os.sep}') :]}, line {ours[-1].lineno}"
+
+
+def ending_signals() -> tuple[signal.Signals, ...]:
+    """Signals that tell a command to end; a terminal that closes does, unless nohup ignores it."""
+    closed = getattr(signal, "SIGHUP", None)  # which Windows has not
+    if closed is None or signal.getsignal(closed) == signal.SIG_IGN:
+        return (signal.SIGTERM,)
+    return (signal.SIGTERM, closed)
 
 
 def _end(number: int, _frame: object) -> None:

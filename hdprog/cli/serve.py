@@ -14,6 +14,7 @@ from typing import Annotated
 
 import typer
 
+from hdprog.cli.exits import ending_signals
 from hdprog.cli.web_extra import DaskAddress, Data, DatabaseUrl, data_folder, needs_web
 from hdprog.errors import UsageError
 from hdprog.shipped import shipped
@@ -99,7 +100,10 @@ def serve(
         if database:
             os.environ["HDPROG_DATABASE"] = database  # a password is not for the list of processes
         held.enter_context(crew(workers, order))
-        # Uvicorn ends well on SIGTERM, then raises it again: nothing is left to be done for it.
+        # Uvicorn ends well on SIGTERM, and knows no other sign but Ctrl-C.
+        for sign in ending_signals():
+            signal.signal(sign, lambda _number, _frame: signal.raise_signal(signal.SIGTERM))
+        # It then raises that again: nothing is left to be done for it.
         signal.signal(signal.SIGTERM, lambda _number, _frame: None)
         uvicorn.run(
             # By name: the command line and the pages do not know each other.

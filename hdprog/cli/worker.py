@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from hdprog.cli.exits import ending_signals
 from hdprog.cli.web_extra import DaskAddress, Data, DatabaseUrl, data_folder, needs_web
 
 
@@ -39,7 +40,7 @@ def worker(
     logging.basicConfig(level=logging.WARNING, format="%(asctime)s %(name)s: %(message)s")
     logging.getLogger("hdprog").setLevel(logging.INFO)
     stop = threading.Event()
-    for sign in (signal.SIGINT, signal.SIGTERM):
+    for sign in (signal.SIGINT, *ending_signals()):
         signal.signal(sign, lambda _number, _frame: stop.set())
     if until_input_ends:
         threading.Thread(target=_wait_for_end, args=(stop,), daemon=True).start()

@@ -52,7 +52,12 @@ class Server:
         self.address = f"http://127.0.0.1:{self.port}"
         self.settings = {}
         if seconds is not None:
-            self.settings = {"PYTHONPATH": str(STAND_IN), "STAND_IN_SECONDS": str(seconds)}
+            # Before what is there: the server shall be of the package that the tests are of.
+            path = filter(None, (str(STAND_IN), os.environ.get("PYTHONPATH")))
+            self.settings = {
+                "PYTHONPATH": os.pathsep.join(path),
+                "STAND_IN_SECONDS": str(seconds),
+            }
         self.process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> Server:
@@ -78,10 +83,10 @@ class Server:
             self.process.send_signal(signal.SIGKILL)
             self.process.wait()
 
-    def stop(self) -> int:
+    def stop(self, sign: signal.Signals = signal.SIGTERM) -> int:
         """End it as its owner would; gives its exit code."""
         assert self.process is not None
-        self.process.terminate()
+        self.process.send_signal(sign)
         return self.process.wait(PATIENCE)
 
     def token(self, role: str = "engineer") -> str:

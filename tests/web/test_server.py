@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import socket
+import subprocess
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -11,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from hdprog.data.synthetic import write_drive_folder
-from tests.web.server import PASSWORD, PATIENCE, Server, hdprog, wait_for_jobs
+from tests.web.server import HDPROG, PASSWORD, PATIENCE, Server, hdprog, wait_for_jobs
 
 DRIVE = {
     "drive": {"id": "cell3-axis2", "model": "CSF-25-80", "rated_torque_Nm": 63.0},
@@ -77,6 +80,31 @@ def test_a_killed_server_and_worker_lose_no_accepted_upload(
         summary = api.get("/drives/cell3-axis2").json()
         assert [test["service_hours"] for test in summary["tests"]] == [0.0, 1.0, 2.0]
     assert server.stop() == 0
+
+
+def test_a_terminal_that_closes_ends_server_and_worker_as_their_owner_would(
+    tmp_path: Path, started: list[Server], records: list[bytes]
+) -> None:
+    """The server told a mistake, and the worker went on with a job that another could take up."""
+    server = Server(tmp_path, "--workers", "0", seconds=PATIENCE)
+    started.append(server.start())
+    with (
+        server.api() as api,
+        subprocess.Popen(
+            [*HDPROG, "worker", "--data", str(tmp_path)], env={**os.environ, **server.settings}
+        ) as worker,
+    ):
+        try:
+            assert api.post("/drives", json=DRIVE).status_code == 201
+            numbers = [upload(api, records[0], 0.0).json()["job_id"]]
+            wait_for_jobs(api, numbers, ("running",))
+            worker.send_signal(signal.SIGHUP)
+            assert worker.wait(PATIENCE / 4) == 0
+        finally:
+            worker.kill()
+        [left] = wait_for_jobs(api, numbers, ("queued",))
+        assert left["error"] is None
+    assert server.stop(signal.SIGHUP) == 0
 
 
 def test_fifty_uploads_at_once(tmp_path: Path, started: list[Server], records: list[bytes]) -> None:
