@@ -185,6 +185,13 @@ def _orders(
             left_out.append(LeftOut(name, str(error)))
             continue
         place = out / "drives" / name
+        if place.resolve() == folder.resolve():
+            raise BadInputError(
+                f"--out {out}, where the results of {name} would lie among its own records",
+                folder.as_posix(),
+                "a folder of their own for the results",
+                "Give another folder with --out DIR.",
+            )
         orders.append(Order(name, folder, place, key, seed, quick, explain))
     _require_any(orders, path, left_out)
     return orders, left_out
@@ -203,6 +210,7 @@ def _drive_folders(path: Path, out: Path) -> list[Path]:
             inner.clear()
             continue
         seen.add(real)
+        inner.sort()  # of two names of a folder the same one on every machine
         if "drive.toml" in files:
             found.append(here)
     return sorted(found)

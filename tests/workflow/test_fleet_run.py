@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -95,6 +97,29 @@ def test_results_may_lie_beside_the_drives_or_above(folder: Path, tmp_path: Path
     for out in (folder, tmp_path):
         found = fleet_run._orders(folder, out, 0, True, False)[0]
         assert [order.name for order in found] == ["cell1/worn", "cell2"]
+
+
+def test_of_two_names_of_a_folder_the_first_by_letter_counts(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Results are kept by name: another one on another day would be run anew."""
+    (folder / "another").symlink_to(folder / "cell2")
+    walk = os.walk
+
+    def backwards(top: Path, *, followlinks: bool) -> Iterator[tuple[str, list[str], list[str]]]:
+        for place, inner, files in walk(top, followlinks=followlinks):
+            inner.sort(reverse=True)
+            yield place, inner, files
+
+    monkeypatch.setattr(os, "walk", backwards)
+    found = fleet_run._orders(folder, tmp_path / "out", 0, True, False)[0]
+    assert [order.name for order in found] == ["another", "cell1/worn"]
+
+
+def test_results_are_not_put_among_a_drives_own_records(folder: Path, tmp_path: Path) -> None:
+    drives = folder.rename(tmp_path / "drives")
+    with pytest.raises(BadInputError, match="among its own records"):
+        run(drives, tmp_path)
 
 
 def test_another_prior_makes_a_drive_anew(folder: Path, tmp_path: Path) -> None:
