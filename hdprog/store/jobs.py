@@ -67,6 +67,12 @@ def jobs_of(session: Session, drive: DriveRow, count: int = 10) -> Sequence[JobR
     return session.scalars(asked).all()
 
 
+def open_jobs_of(session: Session, drive: DriveRow) -> Sequence[JobRow]:
+    """Give the open jobs of a drive in their turn: the one under way is the first."""
+    asked = select(JobRow).where(JobRow.drive_id == drive.id, JobRow.state.in_(OPEN))
+    return session.scalars(asked.order_by(JobRow.state != "running", JobRow.created_at)).all()
+
+
 def failed_last(session: Session, drives: Iterable[DriveRow]) -> dict[int, JobRow]:
     """Give, by number of drive, the newest job of those among some drives where it failed.
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from hdprog.store import jobs
 from hdprog.store.audit import COMMAND_LINE
 from hdprog.store.drives import find_drive
+from tests.store.samples import add_sample
 from tests.web.conftest import ClientOf, service_in
 from tests.web.server import text_of
 
@@ -83,3 +84,19 @@ def test_a_job_that_was_called_off_is_no_failure(
         assert jobs.reopen(session, COMMAND_LINE, later)
         jobs.fail(session, later, jobs.start(session, later), "test: found nothing of use.")
     assert "did not end well" in viewer.get("/drives/called-off").text
+
+
+def test_what_is_under_way_is_told_before_what_waits(person: ClientOf) -> None:
+    """Under an older job a drive with a newer one was said to wait for its turn."""
+    viewer = person("viewer")
+    store = service_in(viewer).store
+    with store.writing() as session:
+        drive = add_sample(session, "in-a-row")
+        first = jobs.add_job(session, COMMAND_LINE, drive, None)
+        attempt = jobs.start(session, first)
+        for _ in range(20):
+            jobs.add_job(session, COMMAND_LINE, drive, None)
+        assert jobs.advance(session, first, attempt, "fits of the tests", 0.4)
+    page = text_of(viewer.get("/drives/in-a-row").text)
+    assert "Under way: fits of the tests." in page
+    assert "for its turn" not in page

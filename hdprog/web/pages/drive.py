@@ -27,7 +27,6 @@ def drive_page(request: Request, who: Viewer, drive_id: DriveName) -> Response:
     with service.store.reading() as session:
         drive = drive_named(session, drive_id)
         history = analyses.analyses_of(session, drive, 20)
-        recent = jobs.jobs_of(session, drive, 20)
         fits = analyses.fits_of(session, drive)
         context = {
             "drive": drive,
@@ -39,9 +38,9 @@ def drive_page(request: Request, who: Viewer, drive_id: DriveName) -> Response:
             "forecasts": analyses.forecasts_of(session, drive),
             "history": history,
             "then": analyses.first_limits(session, history),
-            "open_jobs": [job for job in recent if job.state in jobs.OPEN],
+            "open_jobs": jobs.open_jobs_of(session, drive),
             "failed": jobs.failed_last(session, [drive]).get(drive.id),
-            "last_job": next(iter(recent), None),
+            "last_job": next(iter(jobs.jobs_of(session, drive, 1)), None),
             "pictures": pictures(service, drive.analysis_id),
             "verdict": next((one for one in history if one.id == drive.analysis_id), None),
         }
