@@ -10,7 +10,7 @@ from typing import Any
 from hdprog.reporting.build import environment
 from hdprog.reporting.fleet_words import first_forecast, fleet_entry
 from hdprog.reporting.forecast_words import inspect_words
-from hdprog.reporting.rounding import hours, percent
+from hdprog.reporting.rounding import hours, percent_beside
 from hdprog.reporting.sparkline import sparkline
 from hdprog.reporting.words import agree, counted
 
@@ -51,6 +51,7 @@ def fleet_drive(folder: str, place: str, summary: Mapping[str, Any]) -> dict[str
         "inspect_before_hours": entry.inspect_before_hours,
         "next_test_hours": summary["next_test_hours"],
         "remaining_hours": dict(entry.remaining_hours),
+        "acceptable_risk": None if first is None else first["acceptable_risk"],
         "probability_crossed_by_shutdown": (
             None if first is None else first["probability_crossed_by_shutdown"]
         ),
@@ -115,7 +116,7 @@ def _row(drive: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "drive": drive,
         "inspect": when,
-        "risk": "–" if risk is None else percent(risk),
+        "risk": "–" if risk is None else percent_beside(risk, drive["acceptable_risk"]),
         "last": "hours not given" if now is None else hours(now),
         "tests": counted(drive["tests"], "test"),
         "warnings": counted(drive["warnings"], "warning") if drive["warnings"] else "",

@@ -14,7 +14,7 @@ from starlette.responses import HTMLResponse, Response
 
 from hdprog import __version__
 from hdprog.reporting.forecast_words import inspect_words, interval_words, middle_words
-from hdprog.reporting.rounding import hours, interval, percent, plain, significant
+from hdprog.reporting.rounding import hours, interval, percent, percent_beside, plain, significant
 from hdprog.reporting.sparkline import sparkline
 from hdprog.reporting.words import counted, quantity, tidy, with_unit
 from hdprog.web.security.identity import Identity, csrf_token, leave_visit
@@ -86,6 +86,7 @@ def environment() -> jinja2.Environment:
         tidy=tidy,
         hours=_hours,
         percent=_percent,
+        percent_beside=_percent_beside,
         moment=_moment,
         size=_size,
         number=_number,
@@ -111,6 +112,10 @@ def _hours(value: float | None, otherwise: str = "–") -> str:
 
 def _percent(value: float | None, otherwise: str = "–") -> str:
     return otherwise if value is None else percent(value)
+
+
+def _percent_beside(value: float | None, accepted: float) -> str:
+    return "–" if value is None else percent_beside(value, accepted)
 
 
 def _number(value: float | None, otherwise: str = "–") -> str:

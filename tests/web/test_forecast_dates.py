@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import uuid
+from dataclasses import replace
 
 import pytest
 from sqlalchemy import update
@@ -55,6 +56,20 @@ def analysed(service: Service, result: DriveResult) -> str:
     return name
 
 
+def list_of(result: DriveResult) -> dict[str, object]:
+    """Give the content of a fleet's list with a drive."""
+    content: dict[str, object] = dict.fromkeys(
+        ("fleet", "created", "hdprog_version", "seed", "command"), "f"
+    )
+    drives = [fleet_drive("d", "d", summary_json(result))]
+    return content | {"drives": drives, "left_out": [], "quick": False}
+
+
+def section_of(page: str) -> str:
+    """Give a page's words from the forecast's rows on."""
+    return page[page.index("By the horizon") :]
+
+
 def rows_of_report(result: DriveResult) -> list[tuple[str, str]]:
     """Give what the report says of each limit: when it is passed (90 %), inspect before."""
     found = []
@@ -86,13 +101,19 @@ def test_the_page_tells_the_date_of_the_list(person: ClientOf) -> None:
     viewer = person("viewer")
     page = text_of(viewer.get(f"/drives/{analysed(service_in(viewer), result)}").text)
     [(_, before)] = rows_of_report(result)
-    drives = [fleet_drive("d", "d", summary_json(result))]
-    content: dict[str, object] = dict.fromkeys(
-        ("fleet", "created", "hdprog_version", "seed", "command"), "f"
-    )
-    content |= {"drives": drives, "left_out": [], "quick": False}
-    assert before in text_of(build_fleet_index(content))
+    assert before in text_of(build_fleet_index(list_of(result)))
     assert before in page
+
+
+def test_a_risk_beside_the_accepted_one_is_told_from_it(person: ClientOf) -> None:
+    """A page's verdict said 5.4 %, above the accepted 5 %, and its table 5 %."""
+    result = wearing(LOST_MOTION)
+    close = replace(result.forecasts[0], probability_crossed_by_shutdown=0.054)
+    result = replace(result, forecasts=(close,))
+    viewer = person("viewer")
+    name = analysed(service_in(viewer), result)
+    assert " 5.4 % " in section_of(text_of(viewer.get(f"/drives/{name}").text))
+    assert "5.4 %" in text_of(build_fleet_index(list_of(result)))
 
 
 def test_what_is_due_within_the_hour_is_due_now(person: ClientOf) -> None:
@@ -103,8 +124,7 @@ def test_what_is_due_within_the_hour_is_due_now(person: ClientOf) -> None:
     assert before == "now"
     viewer = person("viewer")
     page = text_of(viewer.get(f"/drives/{analysed(service_in(viewer), result)}").text)
-    section = page[page.index("By the horizon") :]
-    assert section.startswith("By the horizon lost motion above 2 arcmin now ")
+    assert section_of(page).startswith("By the horizon lost motion above 2 arcmin now ")
 
 
 def test_a_forecast_that_an_earlier_version_kept_is_told_as_by_it(person: ClientOf) -> None:

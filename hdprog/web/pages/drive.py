@@ -8,6 +8,7 @@ from typing import Any
 from fastapi import APIRouter, Request
 from starlette.responses import Response
 
+from hdprog.config import ForecastSettings
 from hdprog.store import analyses, jobs
 from hdprog.store.drives import content_of
 from hdprog.store.uploads import list_tests
@@ -28,9 +29,12 @@ def drive_page(request: Request, who: Viewer, drive_id: DriveName) -> Response:
         drive = drive_named(session, drive_id)
         history = analyses.analyses_of(session, drive, 20)
         fits = analyses.fits_of(session, drive)
+        content = content_of(drive)
+        forecast = content.get("forecast", {})
         context = {
             "drive": drive,
-            "content": content_of(drive),
+            "content": content,
+            "accepted_risk": forecast.get("acceptable_risk", ForecastSettings.acceptable_risk),
             "tests": list_tests(session, drive, "accepted"),
             "previews": list_tests(session, drive, "preview"),
             "removed": list_tests(session, drive, "removed"),
