@@ -6,7 +6,12 @@ and ends with exit code 1.
 
 from __future__ import annotations
 
-__all__ = ["BadInputError", "HdprogError", "UsageError"]
+import errno
+
+__all__ = ["NO_ROOM", "BadInputError", "HdprogError", "UsageError"]
+
+NO_ROOM = frozenset({errno.EDQUOT, errno.EFBIG, errno.ENOSPC})
+"""Numbers of what the system raises where a disk or a quota is full: no mistake of the program."""
 
 
 class HdprogError(Exception):

@@ -15,7 +15,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from hdprog.errors import HdprogError
+from hdprog.errors import NO_ROOM, HdprogError
 
 
 class ExitCode(IntEnum):
@@ -45,8 +45,6 @@ _REFUSED = {
     errno.EPERM,
     errno.EROFS,
 }
-# Raised by a write, without the name of the file that was being written.
-_FULL = {errno.EDQUOT, errno.EFBIG, errno.ENOSPC}
 
 
 class GuardedGroup(TyperGroup):
@@ -97,7 +95,7 @@ def explain_error(error: Exception) -> tuple[ExitCode, str]:
             "readable, and be writable where hdprog writes; give another path, or change its "
             "permissions or free space."
         )
-    if isinstance(error, OSError) and error.errno in _FULL:
+    if isinstance(error, OSError) and error.errno in NO_ROOM:  # a write does not name its file
         return ExitCode.BAD_INPUT, (
             f"Error: {os.strerror(error.errno)}: found no room for what was to be written; "
             "expected room for the results where --out points, or where standard output goes. "

@@ -5,6 +5,7 @@ Run by a worker as ``python -m hdprog.service.analyse``; see `hdprog.service.job
 
 from __future__ import annotations
 
+import os
 import shutil
 import sys
 import tempfile
@@ -20,7 +21,7 @@ from typing import Any
 
 from sqlalchemy.exc import OperationalError
 
-from hdprog.errors import HdprogError
+from hdprog.errors import NO_ROOM, HdprogError
 from hdprog.reporting.fleet_words import fleet_entry
 from hdprog.service.drive_run import Order, run_here
 from hdprog.service.job_process import take_order
@@ -71,17 +72,17 @@ class Analysis:
             return
         number = str(uuid.uuid4())
         out = self.store.files.analysis(number)
-        with tempfile.TemporaryDirectory(dir=self.store.files.incoming) as place:
-            folder = Path(place) / "drive"
-            write_drive_folder(self.store.files, content, tests, folder)
-            order = Order(folder, out, quick, processes, f"hdprog serve, drive {name}")
-            if dask is None:
-                run_here(order, self.say)
-            else:
-                from hdprog.service.dask_run import run_on_dask
-
-                run_on_dask(dask, order, self.say)
         try:
+            with tempfile.TemporaryDirectory(dir=self.store.files.incoming) as place:
+                folder = Path(place) / "drive"
+                write_drive_folder(self.store.files, content, tests, folder)
+                order = Order(folder, out, quick, processes, f"hdprog serve, drive {name}")
+                if dask is None:
+                    run_here(order, self.say)
+                else:
+                    from hdprog.service.dask_run import run_on_dask
+
+                    run_on_dask(dask, order, self.say)
             replaced = patiently(partial(self._record, number, tests))
         except BaseException:
             shutil.rmtree(out, ignore_errors=True)
@@ -176,11 +177,22 @@ def main() -> int:
         attempt.fail(str(error))
     except Exception as error:
         traceback.print_exc()
-        attempt.fail(
-            f"hdprog stopped through a mistake of its own: {type(error).__name__}: {error}. "
-            "The worker's log says more; please report it. The upload itself is safe."
-        )
+        attempt.fail(_words(error))
     return 0
+
+
+def _words(error: Exception) -> str:
+    """Say what went wrong where no words were made for it."""
+    if isinstance(error, OSError) and error.errno in NO_ROOM:
+        return (
+            f"{os.strerror(error.errno)}: found no room for the results; expected room in the data "
+            "folder and where temporary files go. Free space on the worker's disk, then start the "
+            "job again. The upload itself is safe."
+        )
+    return (
+        f"hdprog stopped through a mistake of its own: {type(error).__name__}: {error}. "
+        "The worker's log says more; please report it. The upload itself is safe."
+    )
 
 
 if __name__ == "__main__":
