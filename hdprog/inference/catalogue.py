@@ -178,8 +178,9 @@ def ratio_doubt(model: str | None, ratio: float | None) -> str | None:
     if ratio in (named, named + 1):
         return None
     return (
-        f"The model {model} has the ratio {named}, and ratio = {ratio:g} is declared: prior and "
-        "catalogue figures are those of the model. Correct the one that is wrong in drive.toml."
+        f"The model {model} has the ratio {named}, and ratio = {ratio:g} is declared: catalogue "
+        "figures, and the prior where drive.toml names no other, are those of the model. Correct "
+        "the one that is wrong in drive.toml."
     )
 
 
