@@ -14,6 +14,7 @@ import pytest
 
 from hdprog.errors import BadInputError, UsageError
 from tests.cli.conftest import Invoke, Workflow
+from tests.terminal import hear_it_close
 
 BAD_INPUT = BadInputError("no unit", "loop.csv, row 1", "a unit", "Set it with --columns.")
 
@@ -163,7 +164,11 @@ def test_a_command_that_is_told_to_end_takes_its_workers_along(
         "app(['run', '.', '--out', 'out'], prog_name='hdprog')\n"
     )
     with subprocess.Popen(
-        [sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, cwd=tmp_path
+        [sys.executable, "-c", code],
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+        preexec_fn=hear_it_close,
     ) as command:
         assert command.stdout is not None
         workers = [Path("/proc", one) for one in command.stdout.readline().split()]

@@ -15,6 +15,7 @@ from typing import Any
 import httpx2 as httpx
 
 from tests.store.postgres import free_port
+from tests.terminal import hear_it_close
 
 HDPROG = [sys.executable, "-c", "from hdprog.cli import main; main()"]
 STAND_IN = Path(__file__).parent / "stand_in"
@@ -66,6 +67,7 @@ class Server:
             [*HDPROG, "serve", "--port", str(self.port), "--data", str(self.data), *self.options],
             env={**os.environ, **self.settings},
             start_new_session=True,
+            preexec_fn=hear_it_close,
         )
         ends = time.monotonic() + PATIENCE
         while time.monotonic() < ends:

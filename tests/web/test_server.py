@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from hdprog.data.synthetic import write_drive_folder
+from tests.terminal import hear_it_close
 from tests.web.server import HDPROG, PASSWORD, PATIENCE, Server, hdprog, wait_for_jobs
 
 DRIVE = {
@@ -91,7 +92,9 @@ def test_a_terminal_that_closes_ends_server_and_worker_as_their_owner_would(
     with (
         server.api() as api,
         subprocess.Popen(
-            [*HDPROG, "worker", "--data", str(tmp_path)], env={**os.environ, **server.settings}
+            [*HDPROG, "worker", "--data", str(tmp_path)],
+            env={**os.environ, **server.settings},
+            preexec_fn=hear_it_close,
         ) as worker,
     ):
         try:
