@@ -132,7 +132,7 @@ class Effort:
     ess: float
 
 
-FULL = Effort(300, 1200, 400.0)
+FULL = Effort(200, 1600, 400.0)
 QUICK = Effort(200, 400, 200.0)
 
 
