@@ -27,6 +27,7 @@ _LEAST_A_STRETCH = 14
 _BLOCKS_A_STRETCH = 75  # a stretch has its own corners to resolve
 FINE = 24
 """Points of a block along which a model's bend inside it is averaged."""
+_TELLING = 20  # readings from which the rate of a ramp is known
 _NARROW = 0.06  # of the largest torque: the reach of the shorter blocks around zero
 _DENSER = 4.0
 _TRAVEL_SHARE = (
@@ -82,13 +83,15 @@ class ReducedLoop:
         return self.course.time
 
 
-def _window(torque: FloatArray, noise: float) -> int:
-    """Readings to average at a reversal: as many as make the bias no larger than the noise."""
+def _window(torque: FloatArray, noise: float) -> float:
+    """Readings of a ramp to average at its end: as many as make the bias no larger than the noise.
+
+    Infinite where the ramp is too short to tell.
+    """
     rate = float(np.mean(np.abs(torque - torque[-1]))) / max(1, torque.size) * 2
-    if noise == 0.0 or torque.size < 20:
-        return 1
-    wanted = (4 * noise / max(rate, 1e-12)) ** (2 / 3)
-    return int(np.clip(wanted, 1, max(1, torque.size // 40)))
+    if torque.size < _TELLING:
+        return np.inf
+    return float((4 * noise / max(rate, 1e-12)) ** (2 / 3))
 
 
 def _reversal_torques(
@@ -99,8 +102,10 @@ def _reversal_torques(
     following = np.append(turning_points[2:], turning_points[-1])
     windows = [_window(torque[start : end + 1], noise) for start, end in pairwise(turning_points)]
     for number, (start, end) in enumerate(pairwise(turning_points)):
+        size = end + 1 - start
         # Readings of both ramps are averaged: the steeper one bounds how many.
-        half = min(windows[number : number + 2]) // 2
+        wanted = min(windows[number : number + 2]) if size >= _TELLING else 1.0
+        half = int(np.clip(wanted, 1, max(1, size // 40))) // 2
         # Of a ramp of fewer than three readings no line is known: there the reading stands.
         if half == 0 and start <= end - 3 and end + 3 <= following[number]:
             torques[number] = _corner(torque[end - 3 : end + 4], noise)
