@@ -117,13 +117,12 @@ def test_axe_finds_a_fault_that_is_there(browser: Browser, tmp_path: Path) -> No
 def test_no_picture_is_cut_on_paper(browser: Browser, path: Path) -> None:
     page, _ = opened(browser, path, "light", A4[0])
     page.emulate_media(media="print")
-    heights = page.evaluate(
-        "[...document.querySelectorAll('figure')].map(f => f.getBoundingClientRect().height)"
-    )
-    # A figure that is lower than a page is moved to the next one as a whole.
+    pictures = "[...document.querySelectorAll('figure .card')]"
+    heights = page.evaluate(f"{pictures}.map(one => one.getBoundingClientRect().height)")
+    # A picture that is lower than a page is moved to the next one as a whole.
     kept = page.evaluate(
-        "[...document.querySelectorAll('figure')]"
-        ".every(f => getComputedStyle(f).breakInside === 'avoid')"
+        f"{pictures}.every(one => getComputedStyle(one).breakInside === 'avoid' && "
+        "one.querySelectorAll('img, svg').length > 0)"
     )
     assert kept
     assert max(heights, default=0.0) < A4[1]
