@@ -164,6 +164,8 @@ def sample_ensembles(
         moves=moves(ensembles, mixture, redraw, independent),
         vectorize=True,
     )
+    # emcee's wrapper prints to standard output whatever ends a call, an interruption included.
+    sampler.log_prob_fn = log_density
     # emcee seeds itself from NumPy's global state unless told otherwise.
     sampler.random_state = state.random_state
     flat = state.position.reshape(-1, dimensions)

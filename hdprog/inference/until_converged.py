@@ -68,7 +68,6 @@ class SamplingPlan:
 FULL = SamplingPlan()
 QUICK = SamplingPlan(
     required_ess=400.0,
-    first_steps=150,
     most_steps=4000,
     further_steps=4000,
     refits=3,

@@ -133,7 +133,7 @@ class Effort:
 
 
 FULL = Effort(200, 1600, 400.0)
-QUICK = Effort(200, 400, 200.0)
+QUICK = Effort(200, 1600, 200.0)
 
 
 def sample(

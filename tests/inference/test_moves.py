@@ -129,3 +129,14 @@ def test_mixture_density_is_a_density_and_follows_its_draws(degrees: float | Non
     inside = (drawn < -1).all(axis=1).mean()
     mass = np.exp(mixture.log_density(grid[(grid < -1).all(axis=1)])).sum() * 0.05**2
     assert inside == pytest.approx(mass, abs=0.02)
+
+
+def test_what_ends_a_call_is_not_printed(capfd: pytest.CaptureFixture[str]) -> None:
+    def interrupted(_points: np.ndarray) -> np.ndarray:
+        raise KeyboardInterrupt
+
+    rng = np.random.default_rng(0)
+    state = EnsembleState(rng.standard_normal((1, WALKERS, DIMENSIONS)), fresh_random_state(rng))
+    with pytest.raises(KeyboardInterrupt):
+        sample_ensembles(interrupted, state, 1)
+    assert capfd.readouterr() == ("", "")
