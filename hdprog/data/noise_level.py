@@ -11,6 +11,7 @@ __all__ = ["channel_noise", "noise_sd", "quantisation_step"]
 
 _SD_PER_MEDIAN = 1.482602218505602  # of |x| for a normal x: 1 / Φ⁻¹(3/4)
 _LONGEST_WINDOW = 51
+_OF_A_PASSAGE = 10  # windows, at least, on a channel's way from its low to its high values
 _FEWEST_MOVES = 100
 _SEEN = 0.1  # of the noise: jitter that moves samples by less need not be looked at
 _MOST_WINDOWS = 5_000  # the median of so many distances is known to 2 %
@@ -84,7 +85,9 @@ def noise_sd(values: NDArray[np.float64], time: NDArray[np.float64] | None = Non
     size = values.size
     if size < 7:
         return 0.0
-    window = min(_LONGEST_WINDOW, max(5, size // 100)) | 1
+    # In a record of many cycles most windows of that length hold a turn, which is no noise.
+    share = max(100, _OF_A_PASSAGE * (_passages(values) + 1))
+    window = min(_LONGEST_WINDOW, max(5, size // share)) | 1
     weights = -_smoothing(window)
     weights[window // 2] += 1.0
     # Distances of white noise from the fit are smaller than the noise by this factor.
@@ -95,6 +98,14 @@ def noise_sd(values: NDArray[np.float64], time: NDArray[np.float64] | None = Non
         over_time = _distances_over_time(values, time, window)
         return min(noise, float(np.median(over_time)) * _SD_PER_MEDIAN)
     return noise
+
+
+def _passages(values: NDArray[np.float64]) -> int:
+    """How often a channel goes from its low to its high values or back; spikes do not count."""
+    low, high = np.quantile(values, (0.01, 0.99))
+    quarter = 0.25 * (high - low)
+    level = np.where(values > high - quarter, 1, np.where(values < low + quarter, -1, 0))
+    return int(np.count_nonzero(np.diff(level[level != 0])))
 
 
 def _smoothing(window: int) -> NDArray[np.float64]:

@@ -113,6 +113,17 @@ def test_noise_is_estimated_within_a_tenth(sd: float) -> None:
     assert noise_sd(noisy_ramp(sd)) == pytest.approx(sd, rel=0.1)
 
 
+@pytest.mark.parametrize(("cycles", "readings"), [(10, 100), (20, 200), (40, 40), (200, 30)])
+def test_many_cycles_are_neither_noise_nor_hide_their_turns(cycles: int, readings: int) -> None:
+    # A hundredth of these records is a good part of a cycle, or more than one. Few readings of a
+    # short window give the noise to some 10 %, and turns add a little; the seed is fixed.
+    samples, sd = readings // 2 + 1, 0.03
+    torque = ramps(*[0, *[80, -80] * cycles, 0], samples=samples)
+    torque += sd * np.random.default_rng(1).standard_normal(torque.size)
+    assert noise_sd(torque) == pytest.approx(sd, rel=0.35)
+    assert len(turning_points(torque)) == 2 * cycles + 2
+
+
 def test_resolution_is_found_and_counts_as_noise() -> None:
     coarse = np.round(ramps(0, 5, 0, samples=2001) / 0.1) * 0.1
     assert quantisation_step(coarse) == pytest.approx(0.1)
