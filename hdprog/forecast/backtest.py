@@ -60,7 +60,8 @@ class CrossingScore:
     Attributes
     ----------
     limit : which
-    quantiles : forecast crossing in service hours by level, None past the horizon
+    quantiles : forecast crossing in service hours by level, given that it was not before the
+        origin; None past the horizon
     crossed_at : service hours at which the limit was crossed; infinite if not by `seen_until`
     seen_until : service hours up to which the forecast is scored
     from_truth : whether the crossing is the simulated drive's own, not read from later tests
@@ -186,7 +187,8 @@ def score_origin(
             passed.append(limit.key)
         elif end > now:
             margin = margins(limit, paths, prior, operation)
-            crossing = first_crossing(hours, [margin])
+            # Origins past the limit are not scored, so that it is known of this one that it is not.
+            crossing = first_crossing(hours, [margin], survived_so_far=True)
             crossings.append(
                 score_crossing(limit, crossing, crossed_at, end, from_truth, rng.uniform(), horizon)
             )

@@ -109,15 +109,14 @@ def first_crossing(
     ----------
     hours : (times,) service hours, now first
     limits : margins along the same paths
-    survived_so_far : whether it is known that no limit has been passed up to now; paths count all
-        the same where most of them contradict it
+    survived_so_far : whether it is known that no limit has been passed up to now; paths that are
+        past one count all the same where every one is
     """
     survived = _survival(limits)
     past = survived[:, 0] == 0.0
-    already = bool(past.mean() > _SETTLED)
-    kept = survived[~past] if survived_so_far and not already else survived
+    kept = survived[~past] if survived_so_far and not past.all() else survived
     probability = np.maximum.accumulate(1.0 - kept.mean(axis=0))
-    return Crossing(hours, np.clip(probability, 0.0, 1.0), already)
+    return Crossing(hours, np.clip(probability, 0.0, 1.0), bool(past.mean() > _SETTLED))
 
 
 def _survival(limits: Sequence[Margins]) -> FloatArray:

@@ -69,6 +69,17 @@ def test_what_may_be_past_the_limit_now_is_told_unless_it_is_known_not_to_be() -
     assert running.probability.tolist() == pytest.approx([0.0, 0.5])
 
 
+@pytest.mark.parametrize(("past", "expected"), [(70, [0.0, 0.5]), (100, [1.0, 1.0])])
+def test_what_is_known_outweighs_most_paths_but_not_all(past: int, expected: list[float]) -> None:
+    margin = np.full((100, 2), 1.0)
+    margin[:past] = -1.0
+    margin[past : past + 15, 1] = -1.0
+    still = Margins(margin, np.zeros((100, 2)))
+    found = first_crossing(np.array([0.0, 1.0]), [still], survived_so_far=True)
+    assert found.already
+    assert found.probability.tolist() == pytest.approx(expected)
+
+
 @pytest.mark.parametrize("share", [0.1, 0.45, 0.55])
 def test_the_first_of_all_is_never_safer_than_one_of_them(share: float) -> None:
     """Paths that are past one limit now go on to pass the other one, and no others do."""

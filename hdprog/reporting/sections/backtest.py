@@ -259,7 +259,9 @@ def method(result: BacktestResult) -> list[Passage]:
             "seen (Good 1952). Where what came fell: the distribution function at the crossing, "
             "drawn at random inside the lump of what lies behind the end (Czado et al. 2009). "
             "Alpha-lambda, prognostic horizon, relative accuracy: Saxena et al. 2010. A limit "
-            "that was passed by the test of the forecast is not scored.",
+            "that was passed by the test of the forecast is not scored. As that is known of those "
+            "that are, their forecasts are taken given that the limit was not passed by then: "
+            "`hdprog run` at that test gives the chance of it as well.",
         ),
         Passage(
             "Scores of later tests",
