@@ -132,7 +132,7 @@ class Timeline:
     age : (times,) service hours since the drive was new or replaced
     begins : (times,) True where a new drive begins: at the first time and at each replacement
     event_variance : (times, n) variance of the lasting step just before the time
-    age_by_load : (times,) the same hours counted by load; None where the load is not known
+    age_by_load : (times,) the same hours counted by load; None where no load is told
     temperatures : along the times; None where temperature does not count
     """
 
@@ -174,11 +174,10 @@ class Timeline:
         def since_new(hours: FloatArray) -> FloatArray:
             return np.asarray(hours - np.where(replaced[first], hours[first], 0.0))
 
-        by_load = since_new(clock(service)) if clock.by_load else None
+        by_load = since_new(clock(service)) if clock.counts_load else None
         found = Temperatures.of(tests)
         along = None if found is None else found.along(which)
-        age = since_new(clock.served(service))
-        return Timeline(age, begins, variance, by_load, along), which
+        return Timeline(since_new(service), begins, variance, by_load, along), which
 
     def counted(self, load_share: FloatArray) -> FloatArray:
         """Hours by which wear counts, (draws, times), for shares of load (draws,)."""

@@ -103,16 +103,10 @@ class ServiceClock:
         """Give the clock another pace past the last test, e.g. 0.8³ of it at 80 % torque."""
         return replace(self, load_factor=load_factor)
 
-    def served(self, hours: FloatArray) -> FloatArray:
-        """Service hours (any shape).
-
-        Where the load is not known, those past the last test pass at the pace of the load to come;
-        where it is, hours by load do, as far as wear is found to follow it.
-        """
-        hours, last = np.asarray(hours, dtype=float), self.service[-1]
-        if self.by_load:
-            return hours
-        return np.asarray(np.where(hours > last, last + self.load_factor * (hours - last), hours))
+    @property
+    def counts_load(self) -> bool:
+        """Whether hours by load differ from those served: by the load so far, or that to come."""
+        return self.by_load or self.load_factor != 1.0
 
     def __call__(self, hours: FloatArray) -> FloatArray:
         """Hours by load at service hours (any shape)."""

@@ -34,15 +34,6 @@ def test_a_stretch_without_load_leaves_the_hours_as_they_are(hours, torque) -> N
     assert hours_by_load(hours, torque, [None] * len(hours)) is None
 
 
-def test_hours_to_come_pass_at_the_pace_so_far_or_at_the_load_asked_for() -> None:
-    drive = wearing_drive(np.random.default_rng(1), HOURS / 4000, HOURS)
-    plain = ServiceClock.of(drive)
-    assert not plain.by_load
-    assert plain.slowed(0.5).served(np.array([1000.0, 3500.0, 4500.0])) == pytest.approx(
-        [1000, 3500, 4000]
-    )
-
-
 @pytest.mark.parametrize("follows", [True, False])
 def test_the_tests_say_whether_wear_follows_the_load(follows: bool) -> None:
     by_load = hours_by_load(HOURS.tolist(), TORQUE, [None] * 8)
@@ -69,18 +60,27 @@ def test_without_loads_nothing_is_said_of_them() -> None:
     assert LOAD_SHARE not in trend.carried_by_prior()
 
 
+@pytest.mark.parametrize("torque", [TORQUE, [30.0] * 8, [None] * 8])
 @pytest.mark.parametrize(("share", "counted"), [(0.0, 1000.0), (0.5, 750.0), (1.0, 500.0)])
 def test_a_load_to_come_counts_as_far_as_wear_follows_the_load(
-    share: float, counted: float
+    torque: list[float | None], share: float, counted: float
 ) -> None:
-    by_load = hours_by_load(HOURS.tolist(), TORQUE, [None] * 8)
-    assert by_load is not None
+    """Also of a drive whose own load is not told, which says no less of it than a steady one."""
+    by_load = hours_by_load(HOURS.tolist(), torque, [None] * 8) or [None] * 8
     plain = wearing_drive(np.random.default_rng(1), HOURS / 4000, HOURS)
     drive = [replace(test, load_hours=load) for test, load in zip(plain, by_load, strict=True)]
     clock = ServiceClock.of(drive).slowed(0.5)
     timeline, _ = Timeline.of(drive, clock, read_wear_prior(), np.array([4500.0]))
     found = timeline.counted(np.array([share]))[0]
     assert found[-1] - found[-2] == pytest.approx(counted)
+
+
+def test_hours_to_come_count_as_those_so_far_unless_a_load_is_asked_for() -> None:
+    drive = wearing_drive(np.random.default_rng(1), HOURS / 4000, HOURS)
+    clock = ServiceClock.of(drive)
+    timeline, _ = Timeline.of(drive, clock.slowed(1.0), read_wear_prior(), np.array([4500.0]))
+    assert timeline.age_by_load is None
+    assert timeline.age[-1] == 4500.0
 
 
 @pytest.mark.parametrize(

@@ -232,7 +232,7 @@ def _loads(result: DriveResult) -> str:
         return ""
     return (
         "; under another load the clock of wear runs from now on with the cube of the torque to "
-        "come over the torque so far"
+        "come over the torque so far, as far as wear follows the load"
     )
 
 

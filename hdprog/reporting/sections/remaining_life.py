@@ -102,9 +102,7 @@ def loads_table(result: DriveResult) -> Table | None:
         return None
     told = result.trend is not None and "load_share" in result.trend.hyperparameters
     tested = (
-        " That is for the part of wear that follows the load; how large it is the trend learns."
-        if told
-        else " No test of this drive at another load stands behind that."
+        "the trend learns" if told else "the prior says, as no test of this drive tells of its load"
     )
     rows = []
     for load, main in sorted(
@@ -123,7 +121,8 @@ def loads_table(result: DriveResult) -> Table | None:
         rows.append(Row(name, (_passed(main), risk, _inspect(main))))
     return Table.flat(
         "If the load changes from now on: the first of all limits. Wear is taken to go with the "
-        f"cube of the torque, as the makers rate life, the speed staying as it is.{tested}",
+        "cube of the torque, as the makers rate life, the speed staying as it is. That is for the "
+        f"part of wear that follows the load; how large it is {tested}.",
         (
             "torque to come",
             "passed at: median, 90 %",
