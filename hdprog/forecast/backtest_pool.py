@@ -223,16 +223,19 @@ def figure_skills(scores: Sequence[FigureScore]) -> tuple[FigureSkill, ...]:
 
 
 def crossing_courses(drives: Sequence[DriveScores]) -> tuple[CrossingCourse, ...]:
-    """Forecasts of every crossing that was seen, by drive and limit."""
+    """Forecasts of every crossing that was seen, by drive, limit and hour.
+
+    A limit may be crossed again, by the drive that replaced another or after a repair.
+    """
     courses = []
     for drive in drives:
-        limits = dict.fromkeys(score.limit for score in drive.crossings if score.crossing_seen)
-        for limit in limits:
+        seen = [score for score in drive.crossings if score.crossing_seen]
+        for limit, crossed_at in dict.fromkeys((one.limit, one.crossed_at) for one in seen):
             found = [
                 (origin.service_hours, score)
                 for origin in drive.origins
                 for score in origin.crossings
-                if score.limit == limit and score.crossing_seen
+                if (score.limit, score.crossed_at) == (limit, crossed_at)
             ]
             hours = [at for at, _ in found]
             scores = [score for _, score in found]
@@ -244,10 +247,10 @@ def crossing_courses(drives: Sequence[DriveScores]) -> tuple[CrossingCourse, ...
                     drive.drive_id,
                     limit.key,
                     drive.origins[0].service_hours,
-                    scores[-1].crossed_at,
+                    crossed_at,
                     tuple(hours),
                     tuple(scores),
-                    prognostic_horizon(hours, accurate, scores[-1].crossed_at),
+                    prognostic_horizon(hours, accurate, crossed_at),
                     None if math.isnan(accuracy) else accuracy,
                 )
             )
@@ -255,5 +258,8 @@ def crossing_courses(drives: Sequence[DriveScores]) -> tuple[CrossingCourse, ...
 
 
 def distinct_crossings(drives: Sequence[DriveScores]) -> int:
-    """Crossings (of a limit by a drive) that were forecast, from however many origins."""
+    """Crossings (of a limit by a drive) that were forecast, from however many origins.
+
+    What is crossed again counts once all the same: tests that scatter about a limit cross it often.
+    """
     return sum(len({score.limit for score in drive.crossings}) for drive in drives)

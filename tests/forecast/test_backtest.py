@@ -112,15 +112,22 @@ def test_a_limit_not_passed_is_scored_up_to_the_last_test_only() -> None:
     assert found.quantiles[0.75] == pytest.approx(850.0)  # as forecast, not as cut
 
 
-def drive_of(*crossed: float) -> DriveScores:
+def drive_of(*scores: CrossingScore) -> DriveScores:
     origins = [
-        OriginScores(f"t{n}", 100.0, 3, True, (score(at),), (), ()) for n, at in enumerate(crossed)
+        OriginScores(f"t{n}", 100.0, 3, True, (one,), (), ()) for n, one in enumerate(scores)
     ]
-    return DriveScores("d", "d", len(crossed) + 1, 900.0, (), tuple(origins))
+    return DriveScores("d", "d", len(scores) + 1, 900.0, (), tuple(origins))
+
+
+def once(early: float, late: float) -> CrossingScore:
+    """Score of a crossing at 400 h that is forecast between two hours."""
+    hours = np.array([100.0, early, late, 900.0])
+    forecast = Crossing(hours, np.array([0.0, 0.0, 1.0, 1.0]), already=False)
+    return score_crossing(LOST, forecast, 400.0, 900.0, False, 0.5, 900.0)
 
 
 def test_pooled_scores() -> None:
-    drive = drive_of(400.0, 300.0, 110.0)
+    drive = drive_of(score(400.0), score(300.0), score(110.0))
     found = crossing_coverage(drive.crossings, 0.9)
     assert found is not None
     assert (found.held, found.count) == (2, 3)
@@ -129,10 +136,19 @@ def test_pooled_scores() -> None:
     # Errors of 600 h over remaining lives of 300, 200 and 10 h: 200/300, 300/200, 490/10.
     assert lateness([drive]) == pytest.approx(1.5)
     assert lateness([drive], known=4) is None
+    drive = drive_of(once(500.0, 700.0), once(300.0, 700.0), once(350.0, 420.0))
     assert distinct_crossings([drive, drive]) == 2
     (course,) = crossing_courses([drive])
-    assert course.prognostic_horizon is None
-    assert course.accuracy == pytest.approx(np.mean([1 / 3, -0.5, -48.0]))
+    assert course.prognostic_horizon == 300.0
+    assert course.accuracy == pytest.approx(np.mean([1 / 3, 2 / 3, 1 - 15 / 300]))
+
+
+def test_a_limit_that_is_crossed_again_is_another_crossing() -> None:
+    """By a drive that replaced another: neither has the other's forecasts."""
+    drive = drive_of(score(300.0), score(300.0), score(700.0), score(math.inf, 800.0))
+    courses = crossing_courses([drive])
+    assert [course.crossed_at for course in courses] == [300.0, 700.0]
+    assert [len(course.scores) for course in courses] == [2, 1]
 
 
 @pytest.fixture(scope="module")
