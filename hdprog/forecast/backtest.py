@@ -173,16 +173,18 @@ def score_origin(
     """
     rng = np.random.default_rng(seed)
     origin, later = seen[len(evidence) - 1], seen[len(evidence) :]
-    later = [
-        test for test in until_intervention(later) if test.service_hours > origin.service_hours
-    ]
+    left_alone = until_intervention(later)
+    touched = len(left_alone) < len(later)
+    later = [test for test in left_alone if test.service_hours > origin.service_hours]
     trend = fit_trend(evidence, prior, wear_prior, rng, quick=quick, alpha=drive.alpha)
     now, horizon = trend.now_hours, drive.forecast.horizon_hours
     hours = np.union1d(forecast_hours(now, horizon), [test.service_hours for test in later])
     paths = trend.wandering_paths(hours, rng, _DRAWS)
     crossings, passed = [], []
+    # The truth, too, holds what was done to the drive, which the forecast knows nothing of.
+    until = [origin, *later][-1].service_hours if touched else horizon
     for limit in drive.limits:
-        end, crossed_at, from_truth = what_came(limit, origin, later, truth, horizon)
+        end, crossed_at, from_truth = what_came(limit, origin, later, truth, until)
         if crossed_at <= now:
             passed.append(limit.key)
         elif end > now:

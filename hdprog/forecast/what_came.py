@@ -88,7 +88,7 @@ def what_came(
     origin: SeenTest,
     later: Sequence[SeenTest],
     truth: Truth | None,
-    horizon: float,
+    until: float,
 ) -> tuple[float, float, bool]:
     """What came of a limit after an origin.
 
@@ -97,7 +97,8 @@ def what_came(
     limit : which
     origin, later : the last test known, and those after it
     truth : of a simulated drive, used for the limits that it holds
-    horizon : of the forecast in service hours
+    until : service hours at which the truth ends to be what was forecast: the horizon, or where
+        something was done to the drive
 
     Returns
     -------
@@ -105,7 +106,7 @@ def what_came(
     seen), and whether this is the truth
     """
     if truth is not None and limit in truth.crossings:
-        end, crossed_at = min(truth.known_until, horizon), truth.crossings[limit]
+        end, crossed_at = min(truth.known_until, until), truth.crossings[limit]
         return end, crossed_at if crossed_at < end else math.inf, True
     course = [origin, *later]
     hours = [test.service_hours for test in course]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from types import SimpleNamespace
+from unittest import mock
+from unittest.mock import ANY
 
 import numpy as np
 import pytest
@@ -221,6 +222,46 @@ def test_a_later_test_is_predicted_as_warm_as_it_was(monkeypatch: pytest.MonkeyP
     assert spread[2] > max(spread[:2])
 
 
+def stand_in_trend(monkeypatch: pytest.MonkeyPatch, now: float) -> list[list[str]]:
+    """Put a trend in the place of a fitted one; gives the tests that figures are scored by."""
+    trend, earlier = mock.Mock(now_hours=now, prior=PRIOR, converged=True), []
+
+    def figures(_trend: object, _paths: object, known: list[SeenTest], *_: object) -> tuple[()]:
+        earlier.append([test.test_id for test in known])
+        return ()
+
+    monkeypatch.setattr(backtest, "fit_trend", lambda *_, **__: trend)
+    monkeypatch.setattr(backtest, "_score_figures", figures)
+    return earlier
+
+
+def score_from(monkeypatch: pytest.MonkeyPatch, seen: list[SeenTest], known: int, truth: Truth):
+    """Score a stand-in of a trend to the first tests; nothing is crossed before the horizon."""
+    earlier = stand_in_trend(monkeypatch, seen[known - 1].service_hours)
+    far = lambda *_: Margins(np.ones((10, 1)), np.zeros((10, 1)))  # noqa: E731
+    monkeypatch.setattr(backtest, "margins", far)
+    monkeypatch.setattr(backtest, "first_crossing", lambda *_, **__: EVEN)
+    drive, seed = Drive(limits=(LOST,), forecast=ForecastSettings(900.0)), np.random.SeedSequence(1)
+    wear = read_wear_prior()
+    found = score_origin([ANY] * known, seen, drive, PRIOR, wear, OPERATION, truth, seed)
+    return found, earlier[0]
+
+
+@pytest.mark.parametrize(
+    ("event", "seen_until", "crossed_at"),
+    [(None, 900.0, 700.0), ("regreased", 300.0, math.inf), ("replaced", 300.0, math.inf)],
+)
+def test_the_truth_behind_what_was_done_to_the_drive_is_not_what_was_forecast(
+    monkeypatch: pytest.MonkeyPatch, event: str | None, seen_until: float, crossed_at: float
+) -> None:
+    seen = [a_test("a", 100, 1.0), a_test("b", 300, 1.2), a_test("c", 500, 0.5, event)]
+    found, _ = score_from(monkeypatch, seen, 1, Truth({LOST: 700.0}, 5000.0))
+    (one,) = found.crossings
+    assert (one.seen_until, one.crossed_at) == (seen_until, crossed_at)
+    found, _ = score_from(monkeypatch, seen, 2, Truth({LOST: 700.0}, 5000.0))
+    assert len(found.crossings) == (event is None)
+
+
 def test_forecasts_near_a_limit_are_scored_as_those_of_drives_that_are_not_past_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -229,11 +270,7 @@ def test_forecasts_near_a_limit_are_scored_as_those_of_drives_that_are_not_past_
     Transforms are uniform: 4.5 standard errors of their mean, a false alarm in 10 000 seeds.
     """
     rng, drive = np.random.default_rng(1), Drive(limits=(LOST,), forecast=ForecastSettings(4000.0))
-    tests, paths = [SimpleNamespace(service_hours=0.0)], SimpleNamespace(hours=np.empty(0))
-    trend = SimpleNamespace(now_hours=0.0, prior=PRIOR, converged=True, tests=tests)
-    monkeypatch.setattr(trend, "wandering_paths", lambda *_: paths, raising=False)
-    monkeypatch.setattr(backtest, "fit_trend", lambda *_, **__: trend)
-    monkeypatch.setattr(backtest, "_score_figures", lambda *_: ())
+    stand_in_trend(monkeypatch, 0.0)
     wear, hours, transforms = read_wear_prior(), backtest.forecast_hours(0.0, 4000.0), []
     for number, room in enumerate(rng.uniform(0.0, 2.0, 2000)):
         seen = room + 0.15 * rng.standard_normal()
@@ -244,7 +281,7 @@ def test_forecasts_near_a_limit_are_scored_as_those_of_drives_that_are_not_past_
         monkeypatch.setattr(backtest, "margins", lambda *_, found=found: found)
         came = Truth({LOST: 1e3 * room}, 4000.0)
         known, seed = [a_test("a", 0.0, 2.0 - seen)], np.random.SeedSequence(number)
-        scored = score_origin(tests, known, drive, PRIOR, wear, OPERATION, came, seed)  # type: ignore[arg-type]
+        scored = score_origin([ANY], known, drive, PRIOR, wear, OPERATION, came, seed)
         transforms += [one.transform for one in scored.crossings]
     assert len(transforms) > 200
     assert np.mean(transforms) == pytest.approx(0.5, abs=4.5 / np.sqrt(12 * len(transforms)))

@@ -237,7 +237,8 @@ def method(result: BacktestResult) -> list[Passage]:
     if truth:
         came = (
             f"For {counted(truth, 'forecast')} of {len(scores)} what came is the true crossing of "
-            "a simulated drive (truth.json), seen up to the forecast's horizon"
+            "a simulated drive (truth.json), seen up to the forecast's horizon, or to the last "
+            "test before one with an event"
             + ("." if truth == len(scores) else f". For the others: {came}")
         )
     return [
