@@ -36,7 +36,7 @@ from hdprog.forecast.what_came import (
 from hdprog.inference.priors import Prior
 from hdprog.physics.figures import Operation
 from hdprog.physics.parameters import FloatArray
-from hdprog.results import LEVELS
+from hdprog.results import LEVELS, since_replaced
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
@@ -108,8 +108,8 @@ class FigureScore:
     quantiles : of the prediction by level
     held : whether each of `INTERVALS` held what was measured
     crps, transform : see `hdprog.forecast.scores`
-    line_error : absolute error of a straight line through the earlier tests' medians; of the
-        median itself where there is one earlier test only
+    line_error : absolute error of a straight line through the earlier tests' medians, since the
+        drive was replaced if it was; of the median itself where there is one such test only
     """
 
     key: str
@@ -194,7 +194,8 @@ def score_origin(
             crossings.append(
                 score_crossing(limit, crossing, crossed_at, end, from_truth, rng.uniform(), horizon)
             )
-    figures = _score_figures(trend, paths, seen[: len(evidence)], later, drive, operation, rng)
+    earlier = since_replaced(seen[: len(evidence)])
+    figures = _score_figures(trend, paths, earlier, later, drive, operation, rng)
     return OriginScores(
         origin.test_id,
         now,

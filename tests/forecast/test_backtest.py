@@ -262,6 +262,14 @@ def test_the_truth_behind_what_was_done_to_the_drive_is_not_what_was_forecast(
     assert len(found.crossings) == (event is None)
 
 
+def test_the_straight_line_is_not_drawn_through_the_drive_that_was_replaced(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    seen = [a_test("a", 100, 1.8), a_test("b", 200, 0.5, "replaced"), a_test("c", 300, 0.6)]
+    _, earlier = score_from(monkeypatch, [*seen, a_test("d", 400, 0.7)], 3, Truth({}, 900.0))
+    assert earlier == ["b", "c"]
+
+
 def test_forecasts_near_a_limit_are_scored_as_those_of_drives_that_are_not_past_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
