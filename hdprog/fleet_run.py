@@ -32,6 +32,7 @@ SCHEMA = "hdprog.fleet/1"
 _KEY = "input.sha256"
 _MISTAKE = "a mistake in hdprog"
 _DIED = "its process ended before it was done, perhaps for want of memory; run the fleet again"
+_OURS = (_MISTAKE, _DIED)
 
 
 @dataclass(frozen=True)
@@ -88,8 +89,8 @@ class Fleet:
 
     @property
     def broken(self) -> bool:
-        """Whether a drive was left out by a mistake of the program, not of its files."""
-        return any(one["reason"].startswith(_MISTAKE) for one in self.content["left_out"])
+        """Whether a drive was left out by a fault of the program or a process, not of files."""
+        return any(one["reason"].startswith(_OURS) for one in self.content["left_out"])
 
     @property
     def sentence(self) -> str:
@@ -129,6 +130,8 @@ def run_fleet(
         where Dask does not answer
     BadInputError
         without a drive folder, or where none can be used
+    HdprogError
+        where none was run to its end, by a fault of the program or its process
     """
     path, out = Path(path), Path(out)
     orders, left_out = _orders(path, out, seed, quick, explain)
@@ -219,11 +222,16 @@ def _drive_folders(path: Path, out: Path) -> list[Path]:
 def _require_any(usable: Sequence[Order], path: Path, left_out: Sequence[LeftOut]) -> None:
     if usable:
         return
+    reasons = " ".join(f"{one.name}: {one.reason}" for one in left_out)
+    if any(one.reason.startswith(_OURS) for one in left_out):
+        raise HdprogError(
+            f"{path}: no drive was run to its end, for no fault of its files. {reasons}"
+        )
     raise BadInputError(
         "no drive that can be used",
         str(path),
         "at least one drive folder as `hdprog check` passes it",
-        " ".join(f"{one.name}: {one.reason}" for one in left_out),
+        reasons,
     )
 
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from hdprog import fleet_run, workflow
-from hdprog.errors import BadInputError, UsageError
-from hdprog.fleet_run import Fleet, run_fleet
+from hdprog.errors import BadInputError, HdprogError, UsageError
+from hdprog.fleet_run import Fleet, LeftOut, run_fleet
 from hdprog.inference.until_converged import QUICK
 from hdprog.shipped import shipped
 from tests.reporting.page import Page
@@ -199,6 +199,20 @@ def test_a_mistake_with_one_drive_leaves_the_others_their_list(
     assert reasons["cell1/worn"] == "a mistake in hdprog: ZeroDivisionError: planted"
     assert found.broken
     assert (tmp_path / "out" / "index.html").is_file()
+
+
+@pytest.mark.parametrize("reason", [fleet_run._DIED, f"{fleet_run._MISTAKE}: planted"])
+def test_a_fleet_that_fails_by_no_fault_of_its_files_is_no_bad_input(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reason: str
+) -> None:
+    monkeypatch.setattr(fleet_run, "_run_one", lambda order, *_: LeftOut(order.name, reason))
+    with pytest.raises(HdprogError, match="no fault of its files") as raised:
+        run(folder, tmp_path / "out")
+    assert reason in str(raised.value)
+    assert raised.value.exit_code == 1
+    assert not (tmp_path / "out").exists()
+    left_out = [{"folder": "worn", "reason": reason}]
+    assert Fleet(tmp_path, {"drives": [], "left_out": left_out}).broken
 
 
 def test_every_word_of_a_prior_counts(tmp_path: Path) -> None:
