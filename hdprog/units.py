@@ -112,6 +112,10 @@ for _unit, _spellings in _UNITS:
             _CASELESS[_spelling.casefold()] = _unit
 
 
+# A prefix stands close to its unit: torque_m_Nm may be a measured torque, and is none in mNm.
+_APART = re.compile(r"\s*[kMmuμµ][\s·⋅∙•×*.\-_]")
+
+
 def _squash(text: str) -> str:
     """Drop what may stand between the factors of a unit, and unify look-alike characters."""
     text = unicodedata.normalize("NFKC", text.replace("º", "°").replace("µ", "μ"))
@@ -123,6 +127,8 @@ def find_unit(text: str) -> Unit | None:
 
     Upper and lower case count only where they change the meaning (mNm and MNm).
     """
+    if _APART.match(text):
+        return None
     squashed = _squash(text)
     return _EXACT.get(squashed) or _CASELESS.get(squashed.casefold())
 

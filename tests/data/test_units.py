@@ -48,10 +48,28 @@ def test_headers_that_are_understood(header: str, name: str, unit: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "header", ["torque", "torque_in", "torque_out", "Torque []", "torque_lb", "angle [counts]"]
+    "header",
+    [
+        "torque",
+        "torque_in",
+        "torque_out",
+        "Torque []",
+        "torque_lb",
+        "angle [counts]",
+        "torque [m Nm]",
+        "time (m.s)",
+    ],
 )
 def test_no_unit_is_guessed(header: str) -> None:
     assert parse_header(header).unit is None
+
+
+@pytest.mark.parametrize("header", ["torque_m_Nm", "angle m rad", "time_m_s", "torque_k_N_m"])
+def test_a_letter_apart_is_no_prefix(header: str) -> None:
+    parsed = parse_header(header)
+    assert parsed.name in {"torque_m", "angle_m", "time_m", "torque_k"}
+    assert parsed.unit is not None
+    assert parsed.unit.factor == 1.0
 
 
 @pytest.mark.parametrize(
