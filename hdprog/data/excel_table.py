@@ -71,6 +71,8 @@ def _read(
     columns: Mapping[str, str] | None,
     select: Mapping[str, Sequence[str]] | None,
 ) -> tuple[Layout, Block]:
+    for sheet in workbook.worksheets:
+        sheet.reset_dimensions()  # rows past a size that the file states too small would be lost
     filled = [sheet for sheet in workbook.worksheets if any(_rows(sheet.values))]
     if len(filled) > 1:
         raise BadInputError(

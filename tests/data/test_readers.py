@@ -4,6 +4,7 @@ import datetime
 import gzip
 import hashlib
 import math
+import re
 import time
 import zipfile
 from collections.abc import Callable
@@ -234,6 +235,23 @@ def test_excel(tmp_path: Path) -> None:
     book.save(path)
     with pytest.raises(BadInputError, match="several sheets"):
         read_loop(path)
+
+
+@pytest.mark.parametrize("size", [b"A1", b"A1:B320"])
+def test_a_sheet_is_read_past_the_size_that_its_file_states(tmp_path: Path, size: bytes) -> None:
+    # As some loggers write it, before the rows are there. 319 rows would still make a loop.
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.append(["torque_Nm", "angle_rad"])
+    for row in zip(TORQUE.tolist(), ANGLE.tolist(), strict=True):
+        book.active.append(row)
+    book.save(tmp_path / "whole.xlsx")
+    path = tmp_path / "loop.xlsx"
+    with zipfile.ZipFile(tmp_path / "whole.xlsx") as whole, zipfile.ZipFile(path, "w") as stated:
+        for name in whole.namelist():
+            part = whole.read(name)
+            stated.writestr(name, re.sub(rb'(?<=<dimension ref=")[^"]+', size, part))
+    assert_is_the_record(read_loop(path))
 
 
 def test_excel_without_openpyxl_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
