@@ -40,6 +40,7 @@ _KNOWN = (
     "mean_torque_Nm",
     "mean_speed_rpm",
 )
+_FOLDED = {name.casefold(): name for name in _KNOWN}
 
 
 @dataclass(frozen=True)
@@ -188,12 +189,16 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
 
 def _check_header(path: Path, row: int, header: list[str]) -> None:
     for name in header:
-        near = difflib.get_close_matches(name, _KNOWN, n=1, cutoff=0.75)
+        near = difflib.get_close_matches(name.casefold(), _FOLDED, n=1, cutoff=0.75)
         if name and header.count(name) > 1:
             raise _error(path, row, f"the column {name} twice", "each column once", "Remove one.")
         if near and name not in _KNOWN:
             raise _error(
-                path, row, f"the column '{name}'", "other names", f"Did you mean {near[0]}?"
+                path,
+                row,
+                f"the column '{name}'",
+                "other names",
+                f"Did you mean {_FOLDED[near[0]]}?",
             )
     for name in _REQUIRED:
         if name not in header:
@@ -218,6 +223,7 @@ def _test(path: Path, row: int, header: list[str], cells: list[str]) -> DriveTes
             "Correct the row; a comma inside a note needs quotation marks around the note.",
         )
     texts = dict(zip(header, cells, strict=True))
+    _refuse_hidden_event(path, row, texts)
     hours = _number(path, row, texts, "service_hours")
     if hours is None:
         raise _error(path, row, "no service_hours", "hours in service", "Fill the cell in.")
@@ -303,6 +309,19 @@ def _event(path: Path, row: int, text: str) -> str | None:
         "nothing, or one of " + ", ".join(EVENTS),
         "Correct the cell; anything else belongs into the note.",
     )
+
+
+def _refuse_hidden_event(path: Path, row: int, texts: Mapping[str, str]) -> None:
+    """Refuse an event in a column that is not read: the trend would run on over its break."""
+    for name, text in texts.items():
+        if "event" not in texts and name not in _KNOWN and text.casefold() in EVENTS:
+            raise _error(
+                path,
+                row,
+                f"'{text}' in the column '{name}', which is not read",
+                "events in a column called event",
+                "Rename the column to event.",
+            )
 
 
 def _number(path: Path, row: int, texts: Mapping[str, str], name: str) -> float | None:

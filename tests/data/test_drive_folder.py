@@ -124,6 +124,12 @@ def test_rows_that_are_wrong(folder: Path, row: str, words: str) -> None:
         ("test_id,file,service_hours\n", "no test below it"),
         ("test_id,file\nt,loops/a.csv\n", "no column service_hours"),
         ("test_id,file,service_hours,evnt\n", "Did you mean event"),
+        ("test_id,file,service_hours,EVENT\n", "Did you mean event"),
+        ("test_id,file,service_hours,MEAN_TORQUE_NM\n", "Did you mean mean_torque_Nm"),
+        (
+            "test_id,file,service_hours,maintenance\nt,loops/a.csv,0,Regreased\n",
+            "'Regreased' in the column 'maintenance', which is not read",
+        ),
         ("test_id,file,service_hours,file\n", "the column file twice"),
     ],
 )
