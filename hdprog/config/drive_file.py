@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -183,15 +183,7 @@ def drive_from_mapping(mapping: Mapping[str, Any], source: Path | None = None) -
         _limit(section, rated, f"{where}, [[limits]] number {number}")
         for number, section in enumerate(content.limits, start=1)
     )
-    seen = [(limit.key, limit.direction) for limit in limits]
-    for key, direction in seen:
-        if seen.count((key, direction)) > 1:
-            raise BadInputError(
-                f"two limits on {key}, both {direction}",
-                f"{where}, [[limits]]",
-                "one limit a quantity and direction",
-                "Remove one of them.",
-            )
+    _refuse_contradictions(limits, f"{where}, [[limits]]")
     alpha_deg = content.drive.alpha_deg
     return Drive(
         id=content.drive.id.strip(),
@@ -251,6 +243,29 @@ def _limit(section: _LimitSection, rated: float | None, where: str) -> Limit:
         "Write above = 2.0 where high values are bad, below = 0.3 where low ones are; two limits "
         "are two [[limits]] entries.",
     )
+
+
+def _refuse_contradictions(limits: Sequence[Limit], where: str) -> None:
+    """Refuse limits twice on the same side, and two that every drive is past from the start."""
+    thresholds: dict[tuple[str, str], float] = {}
+    for limit in limits:
+        if (limit.key, limit.direction) in thresholds:
+            raise BadInputError(
+                f"two limits on {limit.key}, both {limit.direction}",
+                where,
+                "one limit a quantity and direction",
+                "Remove one of them.",
+            )
+        thresholds[limit.key, limit.direction] = limit.threshold
+    for (key, direction), threshold in thresholds.items():
+        highest = thresholds.get((key, "above"), math.inf)
+        if direction == "below" and threshold >= highest:
+            raise BadInputError(
+                f"limits on {key}, above = {highest:g} and below = {threshold:g}",
+                where,
+                "room between the two: above and below name the sides that are past the limit",
+                "Exchange above and below, or correct the numbers.",
+            )
 
 
 def _nearest(word: str, known: Iterable[str]) -> str:

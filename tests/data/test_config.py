@@ -108,6 +108,10 @@ def test_defaults() -> None:
         (lambda c: c["drive"].pop("rated_torque_Nm"), "Add rated_torque_Nm"),
         (lambda c: c["limits"].append(c["limits"][0]), "two limits on lost_motion_arcmin"),
         (
+            lambda c: c["limits"].append({"quantity": "lost_motion_arcmin", "below": 2.5}),
+            "above = 2 and below = 2.5; expected room between.*Exchange above and below",
+        ),
+        (
             lambda c: c["limits"].append({"quantity": "local_stiffness_Nm_per_rad", "below": 1}),
             "number 2.*without at_torque_Nm",
         ),
