@@ -237,7 +237,11 @@ def _option(columns: Mapping[str, str]) -> str:
 
 
 def _example(role: str, header: str) -> str:
-    return f"{header}:{known_units(ROLES[role].dimension)[0]}"
+    dimension, written = ROLES[role].dimension, parse_header(header).unit
+    # Another unit than the header's would be refused.
+    if written is not None and written.dimension == dimension:
+        return f"{header}:{written.name}"
+    return f"{header}:{known_units(dimension)[0]}"
 
 
 def _no_unit(without: Sequence[tuple[str, str]], where: str) -> BadInputError:

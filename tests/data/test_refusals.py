@@ -180,6 +180,8 @@ def test_a_row_of_units_is_explained(tmp_path: Path) -> None:
         ("torque_Nm,angle", ["--columns angle=angle:rad"]),
         ("torque_out,Winkel [rad]", ["no column for the torque", "torque=torque_out:Nm"]),
         ("torque_cmd_Nm,torque_meas_Nm", ["torque=torque_meas_Nm:Nm"]),
+        ("torque_act_kNm,Winkel ist [mrad]", ["torque=torque_act_kNm:kNm,angle=HEADER:rad"]),
+        ("torque_Nm,Angle actual [deg]", ['--columns "angle=Angle actual [deg]:deg"']),
         ("input_torque_Nm,angle_rad", ["torque=HEADER:Nm"]),
         ("torque_a_Nm,torque_b_Nm", ["torque=HEADER:Nm"]),
         ("torque_Nm,output_angle_rad", ["angle=HEADER:rad"]),
