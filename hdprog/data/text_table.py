@@ -129,7 +129,9 @@ class _TextTable:
 
     def _take_head_line(self, line: str) -> bool:
         """Look at a line before the data; tell whether it is the first row of data."""
-        if not line.strip() or self._is_comment(line):
+        # Spreadsheets write an empty row as signs alone; below the header it is one without values.
+        blank = not line.strip("\t;|, " if self.header is None else None)
+        if blank or self._is_comment(line):
             return False
         if self.header is None:
             if self.sign is None and line.lower().startswith("sep=") and len(line) == 5:

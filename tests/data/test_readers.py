@@ -56,6 +56,8 @@ READ_RIGHT: dict[str, Callable[[], bytes]] = {
     "comments": lambda: ("# rig 3, é\n#\n" + table().replace("\n", "\n# hm\n", 7)).encode(),
     "blank lines": lambda: ("\n \n" + table() + "\n\n  \n").encode(),
     "empty rows at the end": lambda: (table() + ",\n,\n").encode(),
+    "empty rows above the header": lambda: (
+        ";;\n; \n" + table("torque_Nm;angle_rad", ";")).encode(),
     "no line end": lambda: table().rstrip("\n").encode(),
     "end-of-file sign": lambda: table().encode() + b"\x1a",
     "hint for Excel": lambda: ("sep=;\n" + table("torque_Nm;angle_rad", ";")).encode(),
