@@ -50,7 +50,8 @@ def doubts(
     str
         One sentence or two, with what to do.
     """
-    if stiffness < 0:
+    # A jump back by a turn outweighs the slope of a whole record.
+    if stiffness < 0 and not np.abs(np.diff(loop.angle)).max() > np.pi:
         yield (
             "The angle falls while the torque rises: one of the two has the wrong sign. Change it "
             "in the record; a fit of this one means nothing."

@@ -135,7 +135,9 @@ def test_a_coarse_sine_does_not_clip() -> None:
 
 def test_an_encoder_that_begins_a_new_turn() -> None:
     torque, angle = two_sided()
-    assert "new turn" in warned(Loop(torque, np.mod(angle, 2 * np.pi)))
+    message = warned(Loop(torque, np.mod(angle, 2 * np.pi)))
+    assert "new turn" in message
+    assert "wrong sign" not in message
 
 
 def test_an_output_that_passes_from_the_end_of_a_turn_to_the_next() -> None:
