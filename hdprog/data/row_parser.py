@@ -307,7 +307,12 @@ class RowParser:
     def _ragged(self, row: int, cells: Sequence[str]) -> BadInputError:
         width = self.layout.width
         advice = "Correct or remove the row; it may be cut short, or hold a column sign too many."
-        if len(cells) in {2 * width, 2 * width - 1}:
+        if len(cells) == width + 1 and not cells[-1].strip():
+            advice = (
+                "The row ends with a column sign. Where all rows do, end the header with one, too; "
+                "else remove it."
+            )
+        elif len(cells) in {2 * width, 2 * width - 1}:
             advice = (
                 "If the numbers have decimal commas, export the file with semicolons or tabs "
                 "between the columns."

@@ -47,6 +47,7 @@ def changed(row: int, line: str) -> str:
         (",", ["a row without any value"]),
         ("1.0", ["1 cells", "2, as many"]),
         ("1.0,2.0,3.0", ["3 cells"]),
+        ("1.0,2.0,", ["3 cells", "ends with a column sign", "end the header with one, too"]),
         ("1,5,2,5", ["4 cells", "semicolons"]),
         ('"1,5",2.0', ["decimal sign"]),
         ('"1.234,5",2.0', ["thousands separators"]),
