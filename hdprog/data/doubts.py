@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
-from hdprog.data.noise_level import noise_sd, quantisation_step
+from hdprog.data.noise_level import channel_noise, noise_sd, quantisation_step
 from hdprog.data.usable import branch_coverage
 
 __all__ = ["doubts"]
@@ -22,6 +22,7 @@ _STIFFNESS_RANGE = (1e2, 5e6)  # Nm/rad
 _LARGEST_TORQUE = 3e4  # Nm
 _TWIST_RANGE = (3e-5, 0.3)  # rad at rated torque or at a record's largest, for every size
 _RATED_SHARE = (0.01, 30.0)  # of rated torque; ratcheting begins near 10 times rated torque
+_COARSER = 30.0  # a rig that records means of 1000 readings is finer than its steps by that much
 _FULL_ENOUGH = 0.9
 _FEWER = 5.0
 
@@ -57,6 +58,8 @@ def doubts(
             "in the record; a fit of this one means nothing."
         )
     yield from _scale(loop, abs(stiffness), drive)
+    if drive is not None:
+        yield from _resolution(loop, drive)
     yield from _new_turns(loop)
     yield from _clipping(loop)
     yield from _gaps(loop)
@@ -96,6 +99,26 @@ def _scale(loop: Loop, stiffness: float, drive: Drive | None) -> Iterator[str]:
             f"{found}, a twist of {torque / stiffness:.2g} rad at the {where} torque of "
             f"{torque:.3g} Nm: drives twist {_TWIST_RANGE[0]:g} to {_TWIST_RANGE[1]:g} rad. {check}"
         )
+
+
+def _resolution(loop: Loop, drive: Drive) -> Iterator[str]:
+    """Compare the declared resolution with the record's noise: degrees for rad are 57 times off."""
+    for name, values, resolution, unit in (
+        ("torque", loop.torque, drive.noise.torque_Nm, "Nm"),
+        ("angle", loop.angle, drive.noise.angle_rad, "rad"),
+    ):
+        if resolution is None:
+            continue
+        noise = channel_noise(values, loop.time)
+        # A load of dead weights has no noise, and large steps; both have to be small.
+        step = float(np.median(np.diff(np.unique(values))))
+        if _COARSER * max(np.sqrt(12) * noise, step) < resolution:
+            yield (
+                f"The {name} resolution of {resolution:.3g} {unit} in drive.toml is far coarser "
+                f"than what the record shows, noise of {noise:.2g} {unit}: errors of the model "
+                "would pass for noise. Check its unit, or leave it out: it is then found from the "
+                "record."
+            )
 
 
 def _new_turns(loop: Loop) -> Iterator[str]:

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hdprog.config import Drive
+from hdprog.config import Drive, NoiseResolution
 from hdprog.data.loop import Loop
 from hdprog.data.quality import assess
 from hdprog.data.usable import branch_coverage
@@ -131,6 +131,24 @@ def test_coarse_torque_does_not_clip() -> None:
 def test_a_coarse_sine_does_not_clip() -> None:
     torque = PEAK * np.sin(np.linspace(0, 4 * np.pi, 4000))
     assert warned(Loop(np.round(torque), twist(torque))) == ""
+
+
+@pytest.mark.parametrize(
+    ("declared", "seen"),
+    [
+        (NoiseResolution(0.1, 9.77e-6), ""),  # the torque, an even ramp, shows no noise
+        (NoiseResolution(None, 9.77e-6 * 180 / np.pi), "angle resolution of 0.00056 rad"),
+        (NoiseResolution(100.0, None), "torque resolution of 100 Nm"),
+    ],
+)
+def test_a_declared_resolution_far_coarser_than_the_record(
+    declared: NoiseResolution, seen: str
+) -> None:
+    torque = ramps(0, PEAK, -PEAK, PEAK, 0, samples=401)
+    read = Loop(np.round(torque, 1), 9.77e-6 * np.round(twist(torque) / 9.77e-6))
+    message = warned(read, Drive(noise=declared))
+    assert seen in message
+    assert bool(message) == bool(seen)
 
 
 def test_an_encoder_that_begins_a_new_turn() -> None:
