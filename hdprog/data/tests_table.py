@@ -113,6 +113,7 @@ def read_tests(folder: Path) -> tuple[tuple[DriveTest, ...], tuple[BadInputError
     header_row, header = rows[0]
     _check_header(path, header_row, header)
     tests: dict[int, DriveTest] = {}
+    written: dict[int, str] = {}
     problems: list[BadInputError] = []
     for row, cells in rows[1:]:
         try:
@@ -126,14 +127,42 @@ def read_tests(folder: Path) -> tuple[tuple[DriveTest, ...], tuple[BadInputError
                     "Give the test a name of its own.",
                 )
             tests[row] = test
+            written[row] = cells[header.index("service_hours")]
         except BadInputError as error:
             problems.append(error)
     if not tests and not problems:
         raise _error(
             path, header_row, "a header and no test below it", "one row a test", "Add the tests."
         )
+    problems += _thousands(path, tests, written)
     problems += _begun_again(path, tests)
     return tuple(sorted(tests.values(), key=lambda test: test.service_hours)), tuple(problems)
+
+
+def _thousands(
+    path: Path, tests: Mapping[int, DriveTest], written: Mapping[int, str]
+) -> list[BadInputError]:
+    """What is wrong where points part thousands: 750, 1.250 goes back, 750, 1250 does not."""
+    parted = [row for row, cell in written.items() if may_hold_thousands(cell)]
+    read = {row: test.service_hours for row, test in tests.items()}
+    joined = read | {row: float(written[row].replace(".", "")) for row in parted}
+    if _rises(read) or not _rises(joined):
+        return []
+    cell = written[parted[0]]
+    return [
+        _error(
+            path,
+            parted[0],
+            f"service_hours = '{cell}', whose point seems to part thousands: as a decimal point it "
+            "makes the hours go back from row to row",
+            f"{cell.replace('.', '')} for the one, {cell}0 for the other",
+            "Write hours without thousands separators.",
+        )
+    ]
+
+
+def _rises(hours: Mapping[int, float]) -> bool:
+    return list(hours.values()) == sorted(hours.values())
 
 
 def _begun_again(path: Path, tests: Mapping[int, DriveTest]) -> list[BadInputError]:

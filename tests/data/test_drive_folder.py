@@ -68,10 +68,34 @@ def test_a_comma_that_may_part_thousands_is_refused(folder: Path, cell: str, num
     assert f"like {number} or {number}.0" in message
 
 
-def test_commas_that_can_only_be_decimal_signs_are_read(folder: Path) -> None:
-    cells = ("0,500", "12,5", "12,5000", "1250,125")
+def write_hours(folder: Path, cells: tuple[str, ...]) -> None:
     lines = [f't{n},loops/a.csv,"{cell}"' for n, cell in enumerate(cells)]
     write(folder / "tests.csv", "\n".join(["test_id,file,service_hours", *lines]))
+
+
+def test_points_that_part_thousands_are_refused(folder: Path) -> None:
+    write_hours(folder, ("250", "750", "1.250", "1.750"))
+    message = refused(folder)
+    assert "row 4: found service_hours = '1.250', whose point seems to part thousands" in message
+    assert "expected 1250 for the one, 1.2500 for the other" in message
+
+
+@pytest.mark.parametrize(
+    "cells",
+    [
+        ("0", "128.571", "257.143"),
+        ("1.250", "900.5", "1200"),
+        ("750", "1.250", "2.500", "800"),  # in no order by either reading
+    ],
+)
+def test_points_that_may_be_decimal_signs_are_read(folder: Path, cells: tuple[str, ...]) -> None:
+    write_hours(folder, cells)
+    hours = [test.service_hours for test in read_drive_folder(folder).tests]
+    assert hours == sorted(map(float, cells))
+
+
+def test_commas_that_can_only_be_decimal_signs_are_read(folder: Path) -> None:
+    write_hours(folder, ("0,500", "12,5", "12,5000", "1250,125"))
     hours = [test.service_hours for test in read_drive_folder(folder).tests]
     assert hours == [0.5, 12.5, 12.5, 1250.125]
 
