@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.font_manager import FontProperties
-from matplotlib.textpath import TextPath
+from matplotlib.textpath import text_to_path
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from hdprog.reporting.rounding import MINUS, THIN_SPACE
@@ -105,7 +105,8 @@ def title_that_fits(axes: Axes, title: str, shorter: str) -> None:
 
 def _text_width(text: str, font: FontProperties) -> float:
     """Width of a text in inches."""
-    return float(TextPath((0, 0), text, prop=font).get_extents().width) / 72.0
+    # As it is set, which takes a twentieth of the time of drawing its outlines.
+    return float(text_to_path.get_text_width_height_descent(text, font, ismath=False)[0]) / 72.0
 
 
 def _wide(axes: Axes) -> float:
