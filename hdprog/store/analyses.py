@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, aliased
 
 from hdprog.store.files import Files
 from hdprog.store.tables import (
@@ -165,6 +165,27 @@ def first_limits(session: Session, analyses: Sequence[AnalysisRow]) -> dict[str,
         if row.analysis_id not in found or row.quantity == "first_limit":
             found[row.analysis_id] = row
     return found
+
+
+def overtaken(session: Session, drives: Iterable[DriveRow]) -> dict[int, AnalysisRow]:
+    """Give, by number of drive, the newest analyses that lack what was uploaded or changed since.
+
+    Whether the job of that waits, is under way, failed or was called off: what such an analysis
+    says of its drive is of before.
+    """
+    its_job, later = aliased(JobRow), aliased(JobRow)
+    asked = (
+        select(AnalysisRow)
+        .join(DriveRow, DriveRow.analysis_id == AnalysisRow.id)
+        .join(its_job, its_job.id == AnalysisRow.job_id)
+        .join(later, later.drive_id == AnalysisRow.drive_id)
+        .where(
+            DriveRow.id.in_([drive.id for drive in drives]),
+            later.state != "done",
+            later.created_at > its_job.started_at,
+        )
+    )
+    return {one.drive_id: one for one in session.scalars(asked)}
 
 
 def forget_standing(drive: DriveRow) -> None:

@@ -7,9 +7,11 @@ from pathlib import Path
 from hdprog.store import jobs
 from hdprog.store.audit import COMMAND_LINE
 from hdprog.store.drives import find_drive
+from tests.reporting.drives import wearing
 from tests.store.samples import add_sample
 from tests.web.conftest import ClientOf, service_in
 from tests.web.server import text_of
+from tests.web.test_forecast_dates import analysed
 
 
 def test_the_fleet_tells_whose_last_job_failed(
@@ -100,3 +102,50 @@ def test_what_is_under_way_is_told_before_what_waits(person: ClientOf) -> None:
     page = text_of(viewer.get("/drives/in-a-row").text)
     assert "Under way: fits of the tests." in page
     assert "for its turn" not in page
+
+
+def test_a_result_that_was_overtaken_is_said_to_be_of_before(
+    program: ClientOf, person: ClientOf
+) -> None:
+    """Hours of an older test stood beside a newer one's; called off, nothing told them apart."""
+    api, viewer = program("viewer"), person("viewer")
+    service = service_in(api)
+    name = analysed(service, wearing())
+    with service.store.writing() as session:
+        drive = find_drive(session, name)
+        assert drive is not None
+        assert drive.analysis_id is not None
+        [first] = jobs.jobs_of(session, drive)
+        assert jobs.finish(session, first, jobs.start(session, first), drive.analysis_id)
+        folder = service.store.files.analysis(drive.analysis_id)
+        folder.mkdir()
+        (folder / "summary.json").write_text("{}", "utf-8")
+
+    def said() -> tuple[bool, ...]:
+        fleet = text_of(viewer.get("/", params={"q": name}).text)
+        page = text_of(viewer.get(f"/drives/{name}").text)
+        lines = api.get("/api/v1/drives", params={"size": 500}).json()["drives"]
+        return (
+            "found before the newest test or change" in fleet,
+            "counted from" in fleet,
+            "before the newest test or change, which is not analysed yet." in page,
+            "No analysis is under way: the last job" in page,
+            api.get(f"/api/v1/drives/{name}").json()["outdated"],
+            next(line["outdated"] for line in lines if line["id"] == name),
+        )
+
+    assert said() == (False,) * 6
+    with service.store.writing() as session:
+        later = jobs.add_job(session, COMMAND_LINE, drive, None)
+    assert said() == (True, True, True, False, True, True)
+    with service.store.writing() as session:
+        again = jobs.find_job(session, later.id)
+        assert again is not None
+        assert jobs.cancel(session, COMMAND_LINE, again)
+    assert said() == (True,) * 6
+    with service.store.writing() as session:
+        again = jobs.find_job(session, later.id)
+        assert again is not None
+        assert jobs.reopen(session, COMMAND_LINE, again)
+        assert jobs.finish(session, again, jobs.start(session, again), drive.analysis_id)
+    assert said() == (False,) * 6

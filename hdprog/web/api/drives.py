@@ -32,9 +32,9 @@ def list_drives(
     """List drives, worst first."""
     with service_of(request).store.reading() as session:
         found = fleet(session, page=page, size=size)
-        return DriveList(
-            drives=[_line(drive) for drive in found.drives], found=found.found, page=page
-        )
+        outdated = analyses.overtaken(session, found.drives)
+        lines = [_line(drive, drive.id in outdated) for drive in found.drives]
+        return DriveList(drives=lines, found=found.found, page=page)
 
 
 @router.post("/drives", status_code=201, responses=problems(400, 401, 403, 409, 413, 422))
@@ -73,15 +73,20 @@ def drive_summary(request: Request, who: ReadingProgram, drive_id: DriveName) ->
     """Give the newest summary of a drive, schema hdprog.summary/1.
 
     `tests` is empty and `verdict` null until a first analysis is done; `waiting` counts the jobs
-    that are not done yet.
+    that are not done yet, and `outdated` says that the summary lacks what was uploaded or changed
+    since, whatever became of its job.
     """
     service = service_of(request)
     with service.store.reading() as session:
         drive = drive_named(session, drive_id)
         waiting = sum(job.state in jobs.OPEN for job in jobs.jobs_of(session, drive, 100))
         if drive.analysis_id is None:
-            return {**_nothing_yet(drive), "waiting": waiting}
-        return {**analyses.summary_of(service.store.files, drive.analysis_id), "waiting": waiting}
+            return {**_nothing_yet(drive), "waiting": waiting, "outdated": False}
+        return {
+            **analyses.summary_of(service.store.files, drive.analysis_id),
+            "waiting": waiting,
+            "outdated": drive.id in analyses.overtaken(session, [drive]),
+        }
 
 
 @router.get(
@@ -105,7 +110,7 @@ def _made(drive: DriveRow) -> DriveMade:
     return DriveMade(id=drive.name, url=f"/drives/{quote(drive.name, safe='')}")
 
 
-def _line(drive: DriveRow) -> DriveLine:
+def _line(drive: DriveRow, outdated: bool) -> DriveLine:
     remaining = {name: drive.remaining.get(name) for name in ("q05", "q50", "q95")}
     return DriveLine(
         id=drive.name,
@@ -116,6 +121,7 @@ def _line(drive: DriveRow) -> DriveLine:
         last_test_hours=drive.last_test_hours,
         remaining_hours=remaining,
         inspect_before_hours=drive.remaining.get("inspect_before"),
+        outdated=outdated,
     )
 
 

@@ -68,6 +68,9 @@ class DriveLine(BaseModel):
     last_test_hours: float | None
     remaining_hours: dict[str, float | None]
     inspect_before_hours: float | None
+    outdated: Annotated[
+        bool, Field(description="True where it lacks what was uploaded or changed since.")
+    ]
 
 
 class DriveList(BaseModel):

@@ -44,6 +44,7 @@ def drive_page(request: Request, who: Viewer, drive_id: DriveName) -> Response:
             "then": analyses.first_limits(session, history),
             "open_jobs": jobs.open_jobs_of(session, drive),
             "failed": jobs.failed_last(session, [drive]).get(drive.id),
+            "overtaken": drive.id in analyses.overtaken(session, [drive]),
             "last_job": next(iter(jobs.jobs_of(session, drive, 1)), None),
             "pictures": pictures(service, drive.analysis_id),
             "verdict": next((one for one in history if one.id == drive.analysis_id), None),

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
-from hdprog.store import jobs, workers
+from hdprog.store import analyses, jobs, workers
 from hdprog.store.drives import fleet
 from hdprog.store.settings import service_settings
 from hdprog.web.rendering import render
@@ -40,6 +40,7 @@ def fleet_page(
         context = {
             "drives": found.drives,
             "failed": jobs.failed_last(session, found.drives),
+            "overtaken": analyses.overtaken(session, found.drives),
             "counts": [
                 (name, words, found.counts.get(name, 0)) for name, words in _STATUSES.items()
             ],
