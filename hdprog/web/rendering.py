@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from datetime import datetime
 from functools import cache
 from typing import Any
@@ -13,10 +14,21 @@ from fastapi import Request
 from starlette.responses import HTMLResponse, Response
 
 from hdprog import __version__
+from hdprog.config import ReportSettings
+from hdprog.config.report_settings import report_settings
 from hdprog.reporting.forecast_words import inspect_words, interval_words, middle_words
-from hdprog.reporting.rounding import hours, interval, percent, percent_beside, plain, significant
+from hdprog.reporting.reader_units import shown_in
+from hdprog.reporting.rounding import hours, percent, percent_beside, plain, significant
 from hdprog.reporting.sparkline import sparkline
-from hdprog.reporting.words import counted, quantity, tidy, with_unit
+from hdprog.reporting.words import (
+    counted,
+    figure_interval,
+    quantity,
+    threshold_words,
+    tidy,
+    torque_words,
+    with_unit,
+)
 from hdprog.web.security.identity import Identity, csrf_token, leave_visit
 from hdprog.web.service import service_of
 
@@ -72,6 +84,24 @@ def render(
     return response
 
 
+def render_of_drive(
+    request: Request,
+    template: str,
+    content: Mapping[str, Any],
+    context: Mapping[str, Any],
+    status: int = 200,
+    *,
+    who: Identity,
+) -> Response:
+    """Make a page that shows figures of a drive, in the units of its reports; see `render`.
+
+    `content` is that of the drive's drive.toml.
+    """
+    units = asdict(ReportSettings()) | content.get("report", {})
+    with shown_in(report_settings(**units, where="drive settings, [report]")):
+        return render(request, template, context, status, who=who)
+
+
 @cache
 def environment() -> jinja2.Environment:
     """Return the templates of all pages."""
@@ -101,7 +131,9 @@ def environment() -> jinja2.Environment:
         quantity=quantity,
         with_unit=with_unit,
         counted=counted,
-        interval=interval,
+        figure_interval=figure_interval,
+        threshold_words=threshold_words,
+        torque_words=torque_words,
     )
     return made
 

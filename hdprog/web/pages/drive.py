@@ -14,7 +14,7 @@ from hdprog.store.drives import content_of
 from hdprog.store.uploads import list_tests
 from hdprog.web.lookup import drive_named
 from hdprog.web.names import DriveName
-from hdprog.web.rendering import render
+from hdprog.web.rendering import render_of_drive
 from hdprog.web.security.identity import Viewer
 from hdprog.web.service import Service, service_of
 
@@ -49,7 +49,7 @@ def drive_page(request: Request, who: Viewer, drive_id: DriveName) -> Response:
             "pictures": pictures(service, drive.analysis_id),
             "verdict": next((one for one in history if one.id == drive.analysis_id), None),
         }
-    return render(request, "drive.html", context, who=who)
+    return render_of_drive(request, "drive.html", content, context, who=who)
 
 
 def pictures(service: Service, analysis: str | None) -> list[dict[str, Any]]:

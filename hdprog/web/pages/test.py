@@ -17,7 +17,7 @@ from hdprog.store.uploads import accept, facts_of, remove
 from hdprog.web.facts import read_facts
 from hdprog.web.lookup import test_named, test_to_change
 from hdprog.web.names import TestName
-from hdprog.web.rendering import render
+from hdprog.web.rendering import render_of_drive
 from hdprog.web.security.identity import Engineer, Identity, Viewer, form_of_ours
 from hdprog.web.seen import UnseenError, refuse_unseen, seen
 from hdprog.web.service import service_of
@@ -88,6 +88,7 @@ def _page(
     with service.store.reading() as session:
         test = test_named(session, test_id)
         drive = test.drive
+        content = content_of(drive)
         fit = analyses.newest_fit(session, drive, test)
         context = {
             "test": test,
@@ -97,7 +98,8 @@ def _page(
             "problem": problem,
             "texts": texts,
             "seen": texts.get("seen") or seen(facts_of(test)),
-            "stale": not is_current(test.quality, content_of(drive)),
+            "stale": not is_current(test.quality, content),
             "has_picture": service.store.files.find_picture(test.sha256, drive.id) is not None,
         }
-    return render(request, "test.html", context, status if problem else 200, who=who)
+    status = status if problem else 200
+    return render_of_drive(request, "test.html", content, context, status, who=who)
