@@ -93,6 +93,13 @@ def test_a_test_is_accepted_with_its_job(api: TestClient, loop_file: Path) -> No
     assert again.json()["new"] is False
 
 
+def test_who_has_no_token_is_told_so_first(app_client: TestClient) -> None:
+    """A request without a file was answered by words of the file, whoever sent it."""
+    answer = app_client.post("/api/v1/drives/api-1/tests", data={"service_hours": "1"})
+    assert answer.status_code == 401
+    assert answer.headers["www-authenticate"] == "Bearer"
+
+
 def test_a_summary_before_the_first_analysis(api: TestClient) -> None:
     found = api.get("/api/v1/drives/api-1").json()
     assert found["schema"] == "hdprog.summary/1"

@@ -19,8 +19,10 @@ from hdprog.web.service import service_of
 router = APIRouter(prefix="/api/v1", tags=["tests"])
 
 
-async def one_file(request: Request) -> None:
+async def one_file(request: Request, who: WritingProgram) -> None:
     """Refuse what would be let fall in silence: all files but the last.
+
+    Who asks comes first: without a token there is nothing to be told of the file.
 
     Raises
     ------
