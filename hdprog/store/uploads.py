@@ -21,6 +21,7 @@ from hdprog.store.tables import DriveRow, EventRow, TestRow
 
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")  # but for tabs and line breaks
 _LABEL = re.compile(r"[\w+\-][\w+\-. ]{0,99}")
+_MOST_LABEL_BYTES = 200  # files are named after it, and a name has 255 with what is added to it
 
 
 @dataclass(frozen=True)
@@ -57,12 +58,15 @@ class TestFacts:
                 "Correct it; anything else belongs into the note.",
             )
         if self.label is not None and (
-            not _LABEL.fullmatch(self.label) or self.label.endswith((".", " "))
+            not _LABEL.fullmatch(self.label)
+            or self.label.endswith((".", " "))
+            or len(self.label.encode()) > _MOST_LABEL_BYTES
         ):
             raise BadInputError(
                 f"test_id = {self.label!r}",
                 "field test_id",
-                "a name of letters, digits, _ - + . or spaces, at most 100 of them",
+                "a name of letters, digits, _ - + . or spaces, at most 100 of them; of "
+                "scripts beyond Latin, Greek and Cyrillic fewer",
                 "Rename the test, for example t01, or leave the field out.",
             )
         if self.note is not None and _CONTROL.search(self.note):

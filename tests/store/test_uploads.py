@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
 from hdprog.errors import BadInputError
 from hdprog.store.audit import COMMAND_LINE
 from hdprog.store.drives import find_drive
+from hdprog.store.folder import export_drive
 from hdprog.store.store import Store
 from hdprog.store.uploads import (
     TestFacts,
@@ -69,12 +71,22 @@ def test_a_removed_test_can_come_back(store: Store) -> None:
         assert [one.service_hours for one in list_tests(session, drive, "accepted")] == [2.0]
 
 
-@pytest.mark.parametrize("label", ["../x", "a/b", "", " a", "a.", "=cmd()", "x" * 101])
+@pytest.mark.parametrize("label", ["../x", "a/b", "", " a", "a.", "=cmd()", "x" * 101, "試" * 67])
 def test_labels_that_are_no_names(store: Store, label: str) -> None:
     with store.writing() as session:
         drive = add_sample(session)
         with pytest.raises(BadInputError, match="test_id"):
             add_bytes(session, store.files, drive, b"a", TestFacts(0.0, label=label))
+
+
+@pytest.mark.parametrize("label", ["x" * 100, "я" * 100, "試" * 66])
+def test_a_drive_with_long_labels_goes_out(store: Store, tmp_path: Path, label: str) -> None:
+    """A test with a name that no file can have kept its drive from being analysed for good."""
+    with store.writing() as session:
+        drive = add_sample(session)
+        facts = TestFacts(0.0, label=label)
+        add_bytes(session, store.files, drive, b"a", facts, name="a.xlsx.gz")
+        assert export_drive(session, store.files, drive, tmp_path / "out") == 1
 
 
 def test_a_label_is_taken_once(store: Store) -> None:
