@@ -111,3 +111,14 @@ def test_a_comma_before_decimals_is_read(text: str, value: float) -> None:
     said = content_of_form(fields_of(CONTENT) | {"rated_torque_Nm": text})
     assert said["drive"]["rated_torque_Nm"] == value
     assert read_facts({"service_hours": text}).service_hours == value
+
+
+@pytest.mark.parametrize(("size", "ratio"), [("²", "80"), ("25", "80²"), ("25", "x")])
+def test_what_is_no_size_of_the_catalogue_is_said_so(
+    person: ClientOf, size: str, ratio: str
+) -> None:
+    """A raised 2 ended as a mistake of the program."""
+    asked = {"series": "CSF", "size": size, "ratio": ratio}
+    page = person("engineer").get("/drives/new", params=asked)
+    assert page.status_code == 422
+    assert "Pick series, size and ratio" in page.text

@@ -35,7 +35,7 @@ def pick_page(
     problems: list[str] = []
     proposed: dict[str, Any] = {"drive": {"id": ""}}
     picked = None
-    if series and size.isdigit() and ratio.isdigit():
+    if series and size.isdecimal() and ratio.isdecimal():  # ² is a digit, but no number
         try:
             picked = look_up(series, int(size), int(ratio))
             proposed = _proposal(picked, series, int(size), int(ratio))
