@@ -124,7 +124,8 @@ def _http(request: Request, error: Exception) -> Response:
 
 def _login(request: Request, error: Exception) -> Response:
     if request.method == "GET":
-        return RedirectResponse(f"/login?next={quote(request.url.path)}", 303)
+        address = quote(request.url.path)  # a drive's name may hold spaces; no address does
+        return RedirectResponse(f"/login?next={quote(address)}", 303)
     return RedirectResponse("/login", 303)
 
 

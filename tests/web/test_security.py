@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
+from urllib.parse import quote, unquote
 
 import pytest
 from starlette.testclient import TestClient
@@ -89,6 +91,18 @@ def test_a_login_leads_nowhere_else(app_client: TestClient, next_page: str) -> N
     said = {"csrf": csrf, "name": "viewer", "password": "four words do well", "next": next_page}
     answer = client.post("/login", data=said, follow_redirects=False)
     assert answer.headers["location"] == "/"
+
+
+@pytest.mark.parametrize("name", ["cell 3 axis 2", "Achse ä+", "試" * 100])
+def test_a_login_leads_to_the_page_that_was_asked_for(app_client: TestClient, name: str) -> None:
+    """A drive with a space in its name led to the fleet."""
+    client = TestClient(app_client.app)
+    asked = client.get(f"/drives/{quote(name)}", follow_redirects=False)
+    page = client.get(asked.headers["location"]).text
+    [given] = re.findall(r'name="next" value="([^"]*)"', page)
+    said = {"csrf": csrf_of(page), "name": "viewer", "password": PASSWORD, "next": given}
+    answer = client.post("/login", data=said, follow_redirects=False)
+    assert unquote(answer.headers["location"]) == f"/drives/{name}"
 
 
 def test_wrong_passwords_are_counted_where_one_is_changed_too(app_client: TestClient) -> None:

@@ -37,7 +37,7 @@ def log_in(
     request: Request,
     name: Annotated[str, Form(max_length=200)] = "",
     password: Annotated[str, Form(max_length=2000)] = "",
-    next: Annotated[str, Form(max_length=500)] = "/",
+    next: Annotated[str, Form(max_length=1000)] = "/",
 ) -> Response:
     """Check a password, and give the browser a session."""
     service, address = service_of(request), address_of(request)
