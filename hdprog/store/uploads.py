@@ -158,15 +158,20 @@ def refuse_hours_begun_again(
 ) -> None:
     """Refuse a new drive's first test at fewer hours than the old one's, as an analysis would.
 
+    Whichever of the two comes second: after it, no analysis of the drive would end.
+
     Raises
     ------
     BadInputError
         naming the other test
     """
-    if facts.event != "replaced" or facts.service_hours is None:
+    if facts.service_hours is None:
         return
     for other in list_tests(session, drive, "accepted"):
         if other is own or other.service_hours is None:
+            continue
+        _refuse_old_beyond_new(facts, other)
+        if facts.event != "replaced":
             continue
         earlier = own is None or other.id < own.id
         if facts.tested_on is not None and other.tested_on is not None:
@@ -180,6 +185,26 @@ def refuse_hours_begun_again(
                 "Add the old drive's last hours to those of the new one, or make a drive of its "
                 "own for it; where the other test was made later, give the days of both.",
             )
+
+
+def _refuse_old_beyond_new(facts: TestFacts, other: TestRow) -> None:
+    """Refuse a test of the old drive, told by its day, at more hours than the new one's first."""
+    is_new = other.event is not None and other.event.kind == "replaced"
+    hours, day = facts.service_hours, facts.tested_on
+    if not is_new or hours is None or day is None:
+        return
+    if other.service_hours is None or other.tested_on is None:
+        return
+    if day < other.tested_on and hours > other.service_hours:
+        raise BadInputError(
+            f"service_hours = {hours:g} on {day}, more than the "
+            f"{other.service_hours:g} of test {other.label} after it, a new drive's first (event "
+            "replaced)",
+            "field service_hours",
+            "hours that go on counting when the drive is replaced",
+            f"Correct hours or day of this test, or those of test {other.label} on its page: the "
+            "old drive's last hours are added to those of the new one.",
+        )
 
 
 def facts_of(test: TestRow) -> TestFacts:

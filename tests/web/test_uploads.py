@@ -214,6 +214,29 @@ def test_a_new_drives_hours_go_on(program: ClientOf, person: ClientOf, loop_file
     assert upload(3, service_hours="1500", note="a\x00b").status_code == 422
 
 
+def test_the_old_drives_tests_may_come_later_with_fewer_hours(
+    program: ClientOf, loop_file: Path
+) -> None:
+    """One with more was taken, and every analysis of the drive then failed."""
+    client = program("engineer")
+    assert client.post("/api/v1/drives", json={"drive": {"id": "old-later"}}).status_code == 201
+    record = loop_file.read_bytes()
+
+    def upload(number: int, hours: int, date: str, event: str = "") -> Any:
+        return client.post(
+            "/api/v1/drives/old-later/tests",
+            files={"file": ("a.csv", b"#%d\n" % number + record)},
+            data={"service_hours": str(hours), "date": date, "event": event},
+        )
+
+    assert upload(1, 1000, "2025-06-01", "replaced").status_code == 202
+    refused = upload(2, 5000, "2025-01-01")
+    assert refused.status_code == 422
+    assert "a new drive's first (event replaced)" in refused.json()["detail"]
+    assert upload(2, 900, "2025-01-01").status_code == 202
+    assert upload(3, 5000, "2025-07-01").status_code == 202
+
+
 def test_a_page_shows_no_more_records_than_its_form_can_send(
     person: ClientOf, loop_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
