@@ -47,6 +47,20 @@ def test_a_viewer_changes_nothing(person: ClientOf) -> None:
         assert client.post(path, data={"csrf": csrf, "name": "x", "id": "x"}).status_code == 403
 
 
+def test_a_viewer_is_led_nowhere_that_is_closed_to_them(person: ClientOf, loop_file: Path) -> None:
+    """A page led viewers to records that wait, and told them to upload where no form is."""
+    engineer, viewer = person("engineer"), person("viewer")
+    csrf = csrf_of(engineer.get("/drives/new").text)
+    engineer.post("/drives/new", data={"csrf": csrf, "id": "looked-at"})
+    assert "Ask an engineer to upload" in viewer.get("/drives/looked-at").text
+    record = {"files": ("a.csv", b"#v\n" + loop_file.read_bytes())}
+    page = engineer.post("/drives/looked-at/uploads", data={"csrf": csrf}, files=record).text
+    [uid] = re.findall(r'<h2 id="([^"]+)"', page)
+    for path in ("/drives/looked-at", f"/tests/{uid}"):
+        for address in re.findall(r'<a [^>]*href="(/[^"]*)"', viewer.get(path).text):
+            assert viewer.get(address).status_code != 403, (path, address)
+
+
 def test_the_cookie_is_out_of_scripts_reach(app_client: TestClient) -> None:
     answer = log_in(TestClient(app_client.app), "viewer")
     cookie = next(c for c in answer.headers.get_list("set-cookie") if "hdprog_session" in c)
