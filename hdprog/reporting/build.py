@@ -143,7 +143,7 @@ def _of_draws(
 
 def _life(result: DriveResult) -> Picture | None:
     """Remaining life against the limits that are not passed yet; None if there is none."""
-    coming = [forecast for forecast in result.forecasts if not forecast.already_crossed]
+    coming = outlook.not_passed(result.forecasts)
     if outlook.overall(coming) is None:
         return None
     ahead = result.drive.forecast.next_shutdown_hours

@@ -32,6 +32,17 @@ def limited(forecasts: Sequence[Forecast]) -> tuple[Forecast, ...]:
     return tuple(forecast for forecast in forecasts if forecast.limit is not None)
 
 
+def not_passed(forecasts: Sequence[Forecast]) -> tuple[Forecast, ...]:
+    """Forecasts of what is still to come, the first of all limits beside single ones that are.
+
+    Several limits can be more likely passed than not while none of them is by itself: what is left
+    of the single ones would then tell of later hours than those that count.
+    """
+    if not any(forecast.already_crossed for forecast in limited(forecasts)):
+        return tuple(forecasts)
+    return tuple(forecast for forecast in forecasts if not forecast.already_crossed)
+
+
 def overall(forecasts: Sequence[Forecast]) -> Forecast | None:
     """Find the forecast of the first of all limits, else the leading one; None without any."""
     for forecast in forecasts:

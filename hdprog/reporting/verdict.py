@@ -153,16 +153,7 @@ def _outlook(result: DriveResult, main: Forecast) -> tuple[Status, list[str]]:
         return "act", sentences + _rests_on(result)
     sentences = [_coming(main, _main_subject(result, main))]
     if outlook.due_now(main):
-        risk = percent(outlook.risk_now(main))
-        accepted = share(main.acceptable_risk)
-        sentences.append(
-            f"The risk that it is passed already is {risk}; the accepted risk is {accepted}: "
-            "inspect now."
-            if outlook.risk_now(main) >= main.acceptable_risk
-            else f"The risk that it is passed reaches the accepted {accepted} within the hour: "
-            "inspect now."
-        )
-        return "act", sentences + _rests_on(result)
+        return "act", [*sentences, _due(main), *_rests_on(result)]
     status: Status = "good"
     if main.inspect_before_hours is not None:
         status = "plan"
@@ -176,6 +167,19 @@ def _outlook(result: DriveResult, main: Forecast) -> tuple[Status, list[str]]:
     if at is not None:
         sentences.append(f"Test again by {hours(outlook.rounded_date(main, at))}.")
     return status, sentences
+
+
+def _due(main: Forecast) -> str:
+    """Why to inspect now although no single limit is more likely passed than not."""
+    now, accepted = outlook.risk_now(main), share(main.acceptable_risk)
+    risk = percent_beside(now, main.acceptable_risk)
+    if now >= main.acceptable_risk:
+        why = f"The risk that it is passed already is {risk}; the accepted risk is {accepted}"
+    elif main.already_crossed:  # by an accepted risk above even odds
+        why = f"It is more likely passed than not ({risk}), whatever risk is accepted"
+    else:
+        why = f"The risk that it is passed reaches the accepted {accepted} within the hour"
+    return f"{why}: inspect now."
 
 
 def _passed(result: DriveResult, forecast: Forecast) -> str:

@@ -50,7 +50,7 @@ def _pictures(result: DriveResult) -> list[Picture]:
     from hdprog.reporting.style import house_style
 
     drawn: list[Picture] = []
-    coming = [forecast for forecast in result.forecasts if not forecast.already_crossed]
+    coming = outlook.not_passed(result.forecasts)
     with house_style():
         if outlook.overall(coming) is not None:
             ahead = result.drive.forecast.next_shutdown_hours

@@ -85,7 +85,12 @@ def remaining_life(forecasts: Sequence[Forecast], shutdown_hours: float | None) 
         good="the line stays below the accepted risk until well past the next shutdown.",
         bad="it is above the accepted risk at the next shutdown, or starts above it at now.",
         action=(
-            f"inspect before the line reaches the accepted risk of {share(main.acceptable_risk)}."
+            "inspect now."
+            if outlook.due_now(main)
+            else "inspect before the line reaches the accepted risk of "
+            f"{share(main.acceptable_risk)}."
+        )
+        + (
             " A line that rises slowly over many hours is a date hardly known: another test"
             " narrows it."
         ),
@@ -263,14 +268,16 @@ def _alt(main: Forecast, shutdown_hours: float | None) -> str:
         risk = percent_beside(main.probability_crossed_by_shutdown, main.acceptable_risk)
         parts.append(f"risk {risk} by the next shutdown at {hours(shutdown_hours)}")
     inspect = outlook.inspection_hours(main)
-    if inspect is not None:
+    if main.already_crossed:
+        parts.append(f"passed already with a probability of {percent(outlook.risk_now(main))}")
+    elif inspect is not None:
         when = f"not reached before {hours(inspect)}"  # which is rounded down
         if outlook.due_now(main):
             over = outlook.risk_now(main) >= main.acceptable_risk
             when = "reached already" if over else "reached within the hour"
         parts.append(f"accepted risk of {share(main.acceptable_risk)} {when}")
     median = outlook.crossing_hours(main).get(0.50)
-    if median is not None:
+    if median is not None and not main.already_crossed:
         parts.append(f"even odds at {hours(median, outlook.spread_about_median(main))}")
     chance = percent(main.probability_crossed_by_horizon)
     parts.append(f"{chance} by {hours(main.horizon_hours)}")

@@ -49,7 +49,8 @@ def facts(result: DriveResult) -> list[Fact]:
 
 def _inspection(main: Forecast) -> Fact:
     if main.already_crossed:
-        return Fact("Inspect", "now", "a limit is passed already")
+        risk = percent(outlook.risk_now(main))
+        return Fact("Inspect", "now", f"a limit is passed already with a probability of {risk}")
     at = outlook.inspection_hours(main)
     if outlook.due_now(main):
         when = "already" if outlook.risk_now(main) >= main.acceptable_risk else "within the hour"

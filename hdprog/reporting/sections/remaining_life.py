@@ -56,7 +56,7 @@ def _now(result: DriveResult, forecast: Forecast) -> Cell:
 
 def _passed(forecast: Forecast) -> Cell:
     if forecast.already_crossed:
-        return "passed already"
+        return Value("passed already", percent(outlook.risk_now(forecast)))
     crossing, spread = outlook.crossing_hours(forecast), outlook.spread(forecast)
     values = [crossing.get(level) for level in (0.05, 0.50, 0.95)]
     if all(value is None for value in values):
