@@ -6,15 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from hdprog.reporting.build import build_report
+from hdprog.reporting.figures.remaining_life import remaining_life
 from hdprog.reporting.outlook import not_passed
 from hdprog.reporting.sections.facts import facts
 from hdprog.reporting.sections.remaining_life import limits_table
 from hdprog.reporting.sections.table import Value
+from hdprog.reporting.style import house_style
 from hdprog.reporting.verdict import verdict
 from hdprog.results import DriveResult
 from tests.reporting import drives
-from tests.reporting.page import Page, spaced
+from tests.reporting.page import spaced
 
 _NOW = 900.0
 _PASSED = (0.35, 0.34)  # of each limit; 57 % of the first of the two
@@ -63,11 +64,12 @@ def test_an_accepted_risk_that_is_reached_is_told() -> None:
 def test_the_picture_of_remaining_life_is_that_of_the_first_limit() -> None:
     result = two_limits(0.6)
     assert not_passed(result.forecasts) == result.forecasts
-    page = Page(build_report(result))
-    life = spaced(str(page.pictures[0]["alt"]))
-    assert life.startswith("The first limit: ")
-    assert "passed already with a probability of 57 %" in life
-    assert "To do: inspect now." in spaced(page.text)
+    with house_style():
+        drawn = remaining_life(not_passed(result.forecasts), drives.SHUTDOWN)
+    said = spaced(drawn.alt)
+    assert said.startswith("The first limit: ")
+    assert "passed already with a probability of 57 %" in said
+    assert drawn.action.startswith("inspect now.")
 
 
 def test_a_limit_that_is_passed_by_itself_leaves_the_others_to_the_picture() -> None:

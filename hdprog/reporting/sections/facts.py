@@ -33,7 +33,7 @@ def facts(result: DriveResult) -> list[Fact]:
         found.append(Fact("Risk by the next shutdown", value, note))
     elif not main.already_crossed:
         note = f"that a limit is passed by then; accepted is {share(main.acceptable_risk)}"
-        value = percent(main.probability_crossed_by_horizon)
+        value = percent_beside(main.probability_crossed_by_horizon, main.acceptable_risk)
         found.append(Fact(f"Risk by {hours(main.horizon_hours)}", value, note))
     at = outlook.next_test_hours(result)
     if at is not None:

@@ -36,7 +36,7 @@ def _row(result: DriveResult, forecast: Forecast, shutdown: float | None) -> Row
     if shutdown is not None:
         risk = forecast.probability_crossed_by_shutdown
         cells.append("–" if risk is None else percent_beside(risk, forecast.acceptable_risk))
-    cells.append(percent(forecast.probability_crossed_by_horizon))
+    cells.append(percent_beside(forecast.probability_crossed_by_horizon, forecast.acceptable_risk))
     cells.append(_inspect(forecast))
     return Row(name, tuple(cells))
 
@@ -117,7 +117,7 @@ def loads_table(result: DriveResult) -> Table | None:
         if main is None:
             continue
         name = f"{share(load)} of the torque so far" if load != 1.0 else "as so far"
-        risk = percent(main.probability_crossed_by_horizon)
+        risk = percent_beside(main.probability_crossed_by_horizon, main.acceptable_risk)
         rows.append(Row(name, (_passed(main), risk, _inspect(main))))
     return Table.flat(
         "If the load changes from now on: the first of all limits. Wear is taken to go with the "
