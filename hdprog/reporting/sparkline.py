@@ -7,7 +7,10 @@ from typing import Any
 
 from markupsafe import Markup
 
+from hdprog.reporting.rounding import plain, significant
+
 _WIDTH, _HEIGHT, _EDGE = 120, 32, 4
+_LIMIT_DIGITS = 4  # of a limit that is converted to the reader's unit
 
 
 def sparkline(course: Mapping[str, Any]) -> Markup:
@@ -35,8 +38,8 @@ def sparkline(course: Mapping[str, Any]) -> Markup:
 
     path = " ".join(f"{x(at):.1f},{y(value):.1f}" for at, value in zip(hours, values, strict=True))
     words = (
-        f"{course['name']}: {values[0]:.3g} to {values[-1]:.3g} {course['unit']} over "
-        f"{len(values)} tests, limit {limit:g}"
+        f"{course['name']}: {significant(values[0])} to {significant(values[-1])} {course['unit']} "
+        f"over {len(values)} tests, limit {plain(float(f'{limit:.{_LIMIT_DIGITS}g}'))}"
     )
     return Markup(
         '<svg class="spark" width="{w}" height="{h}" viewBox="0 0 {w} {h}" role="img" '

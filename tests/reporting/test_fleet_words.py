@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 import pytest
 
 from hdprog.reporting.fleet_words import fleet_entry
+from hdprog.reporting.sparkline import sparkline
 from hdprog.reporting.summary import summary_json
 from hdprog.results import DriveResult
 from tests.reporting import drives
+from tests.reporting.page import spaced
 
 
 def in_all_situations() -> list[DriveResult]:
@@ -78,3 +82,12 @@ def test_the_course_has_the_effects_that_the_limit_is_judged_with() -> None:
         assert course is not None
         seen.append([value for _, value in course.points] == [2.6] * 3)
     assert seen == [False, True]
+
+
+def test_the_words_of_the_small_picture_have_no_powers_of_ten() -> None:
+    course = fleet_entry(summary_json(drives.wearing(drives.SECANT, count=2, samples=600))).course
+    assert course is not None
+    title = spaced(str(sparkline(asdict(course)))).partition("<title>")[2].partition("<")[0]
+    assert title == (
+        "secant stiffness at 14 Nm: 31 000 to 20 800 Nm/rad over 2 tests, limit 12 000"
+    )
