@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -132,8 +133,16 @@ def split_ids(text: str | None) -> tuple[str, ...]:
 
 
 def print_json(content: Any) -> None:
-    """Write JSON to standard output; a number that JSON lacks is an error, not `NaN`."""
-    typer.echo(json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False))
+    """Write JSON to standard output; a number that JSON lacks is an error, not `NaN`.
+
+    Signs that standard output cannot encode are escaped, which JSON reads as the signs themselves.
+    """
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
+    try:
+        text.encode(sys.stdout.encoding or "utf-8")
+    except UnicodeEncodeError:
+        text = json.dumps(content, indent=2, allow_nan=False)
+    typer.echo(text)
 
 
 def conclude(
