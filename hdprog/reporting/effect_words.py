@@ -176,23 +176,24 @@ def found_words(explanation: Explanation | DriveExplanation) -> str | None:
             f"{rest} remains {place_of_unknown(explanation)}, which is none of the known effects: "
             "what rests on this model may be biased, a forecast too."
         )
-    if explanation.left_over is not None:
-        said.append(left_over_words(explanation.left_over))
     return " ".join(said) or None
 
 
 def left_over_words(found: LeftOver) -> str:
     """What remains beside the mechanisms, and why it was not added."""
+    return (
+        f"{_remains(found)}. It is so small a part of the error that it may also be that what was "
+        "found has a slightly different shape, so it was not added; do not take it for absent."
+    )
+
+
+def _remains(found: LeftOver) -> str:
     gain = f"log Bayes factor {rounded(found.log_evidence_gain, 2.0)}"
     if found.id == UNKNOWN:
         what = f"a curve over {coordinate(found.coordinate or '').name} would follow it ({gain})"
     else:
         what = f"{effect_name(found.id)} would carry it best ({gain})"
-    return (
-        f"More remains than chance leaves: {what}. It is so small a part of the error that it may "
-        "also be that what was found has a slightly different shape, so it was not added; do not "
-        "take it for absent."
-    )
+    return f"More remains than chance leaves: {what}"
 
 
 def remaining_cells(levels: Mapping[float, float | None]) -> tuple[str, str, str]:
@@ -258,7 +259,7 @@ def traced_sentences(explanation: Explanation | DriveExplanation) -> list[str]:
             "what is said here may be biased by it."
         )
     if explanation.left_over is not None:
-        said.append(left_over_words(explanation.left_over))
+        said.append(f"{_remains(explanation.left_over)}; it was not added.")
     if isinstance(explanation, DriveExplanation):
         old, new = explanation.remaining_hours_before, explanation.remaining_hours_after
         them = agree(len(explanation.effects), "it", "them")

@@ -354,7 +354,10 @@ def test_what_was_refused_for_its_share_is_told(remains: LeftOver, what: str) ->
     assert "do not take it for absent" in lead
     result = explanations.single(record)
     assert what in " ".join(spaced(sentence) for sentence in verdict(result).sentences)
-    assert "nothing more" not in spaced(Page(build_report(result)).text)
+    page = spaced(Page(build_report(result)).text)
+    assert "nothing more" not in page
+    assert page.count("More remains than chance leaves") == 2  # the verdict and the section
+    assert page.count("do not take it for absent") == 1
     whole = explanations.drive_explanation()
     tests = (*whole.tests[:-1], replace(whole.tests[-1], left_over=remains))
     drive = replace(whole, tests=tests)
