@@ -100,8 +100,15 @@ def _verdict(result: DriveResult) -> Verdict:
             )
     sentences += structure_sentences(result)
     provisional = not result.converged
-    label = _LABELS[status] + (" \u2013 provisional" if provisional else "")
+    label = _label(status, main) + (" \u2013 provisional" if provisional else "")
     return Verdict(status, provisional, label, tuple(map(tidy, sentences)))
+
+
+def _label(status: Status, main: Forecast | None) -> str:
+    within = main is not None and main.remaining_hours.get(0.05) is not None
+    if status == "good" and within:  # by an accepted risk that is larger
+        return "Within the accepted risk"
+    return _LABELS[status]
 
 
 def not_converged(result: DriveResult) -> str:

@@ -76,6 +76,19 @@ def test_a_late_quantile_past_the_horizon_gets_no_number() -> None:
     )
 
 
+def test_a_limit_that_a_large_accepted_risk_leaves_alone_is_in_sight() -> None:
+    result = with_quantiles(
+        drives.wearing(risk=0.3, count=2, samples=600),
+        15_000.0,
+        None,
+        None,
+        probability_crossed_by_horizon=0.2,
+    )
+    said, sentences = words(result)
+    assert (said.status, said.label) == ("good", "Within the accepted risk")
+    assert sentences[0].endswith("with a probability of 80 %, later than 20 000 h.")
+
+
 def test_a_healthy_drive_is_left_alone() -> None:
     said, sentences = words(drives.healthy())
     assert (said.status, said.label) == ("good", "No limit in sight")
