@@ -103,18 +103,20 @@ def _held(result: BacktestResult) -> str:
     count = distinct_crossings(result.drives)
     noun = "crossing" if seen == found.count else "limit"
     forecasts = f"{counted(found.count, 'forecast')} of {counted(count, noun)}"
+    interval = f"{agree(found.count, 'its', 'their')} 90 % interval"
     if not seen:
         chance = sum(score.crossed_by_then for score in scores) / len(scores)
         ends = {score.seen_until for score in scores}
         end = hours(max(ends)) if len(ends) == 1 else "the end of what was seen"
         return (
             f"No limit was passed by {end}: {forecasts} had given that {percent(1 - chance)} on "
-            f"average, and {found.held} of them hold it in their 90 % interval."
+            f"average, and {found.held} of them {agree(found.held, 'holds', 'hold')} it in "
+            f"{interval}."
         )
     missing = found.count - seen
     what = f"what came (for {missing} that the limit was not passed)" if missing else "the crossing"
     return (
-        f"Of {forecasts}, {found.held} held {what} in their 90 % interval: "
+        f"Of {forecasts}, {found.held} held {what} in {interval}: "
         f"{range_words(found)} by count, where {share_words(found.expected)} should."
     )
 
@@ -169,7 +171,8 @@ def _next_tests(result: BacktestResult) -> list[str]:
     ]
     said = (
         f"Of {counted(found.count, 'prediction')} of a figure at the very next test {found.held} "
-        f"held what was measured in their 90 % interval: {range_words(found)}."
+        f"held what was measured in {agree(found.count, 'its', 'their')} 90 % interval: "
+        f"{range_words(found)}."
     )
     if not ratios:
         return [said]

@@ -71,6 +71,13 @@ def test_many_drives_get_a_verdict(crossed_at: float, label: str, late: str) -> 
     assert "too few" not in words(*found.drives)
 
 
+def test_one_forecast_has_one_interval() -> None:
+    seen = words(drive("d", 500.0))
+    assert "Of 1 forecast of 1 crossing, 1 held the crossing in its 90 % interval" in seen
+    seen_not = words(drive("d", math.inf))
+    assert "0 of them hold it in its 90 % interval" in seen_not
+
+
 def test_what_did_not_converge_comes_first() -> None:
     found = verdict(result(drive("d1", 500.0, converged=False)))
     assert found.provisional
@@ -94,9 +101,9 @@ def test_the_report_draws_hits_and_misses() -> None:
     assert page.faults == []
     alts = [spaced(picture["alt"] or "") for picture in page.pictures]
     assert alts[:3] == [
-        "1 forecast of d1: all hold what came later in their 90 % interval.",
-        "1 forecast of d2: 1 misses what came later, 1 of them too early and 0 too late.",
-        "1 forecast of d3: 1 misses what came later, 1 of them too early and 0 too late.",
+        "1 forecast of d1: it holds what came later in its 90 % interval.",
+        "1 forecast of d2: it misses what came later, too early.",
+        "1 forecast of d3: it misses what came later, too early.",
     ]
     assert len(alts) == 6
     assert "1 of 2 forecasts put more than even odds within 20 %" in alts[5]

@@ -189,6 +189,10 @@ def _alt(drive: DriveScores) -> str:
     )
     said = f"{capital(counted(len(scores), 'forecast'))} of {drive.name}: "
     if not missed:
-        return f"{said}all hold what came later in their 90 % interval."
-    said += f"{len(missed)} {agree(len(missed), 'misses', 'miss')} what came later"
+        hold, whose = agree(len(scores), "it holds", "all hold"), agree(len(scores), "its", "their")
+        return f"{said}{hold} what came later in {whose} 90 % interval."
+    if len(missed) == 1:
+        who = "it" if len(scores) == 1 else "1"
+        return f"{said}{who} misses what came later, too {'early' if early else 'late'}."
+    said += f"{len(missed)} miss what came later"
     return f"{said}, {early} of them too early and {len(missed) - early} too late."
