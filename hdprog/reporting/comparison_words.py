@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from hdprog.comparison.results import DRIVE, ComparedModel, Comparison
+from hdprog.comparison.results import DRIVE, ComparedModel, Comparison, StiffnessBand
 from hdprog.physics.figures import ARCMIN_PER_RAD
 from hdprog.reporting.geometry import MICRORADIAN
 from hdprog.reporting.rounding import interval, rounded, share, significant
@@ -101,10 +99,19 @@ def _agreement(result: Comparison) -> list[str]:
 
 
 def stiffness_at_end(model: ComparedModel) -> float:
-    """Median local stiffness in Nm/rad at the largest size of torque of the cycle."""
+    """Median local stiffness in Nm/rad at the largest torque of the cycle."""
     assert model.stiffness is not None
-    end = int(np.argmax(np.abs(model.stiffness.torque)))
-    return float(model.stiffness.quantiles[0.5][end])
+    return at_end(model.stiffness)[1]
+
+
+def at_end(band: StiffnessBand) -> tuple[float, float, float]:
+    """Local stiffness in Nm/rad (5, 50, 95 %) at the largest torque of the cycle.
+
+    The end at positive torque of a two-sided one: not every model is alike at both.
+    """
+    end = -1 if band.torque[-1] > 0 else 0
+    low, middle, high = (float(band.quantiles[level][end]) for level in (0.05, 0.5, 0.95))
+    return low, middle, high
 
 
 def difference(model: ComparedModel) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from hdprog.comparison.results import ComparedModel, Comparison
-from hdprog.reporting.comparison_words import difference, stiffness_at_end, width
+from hdprog.reporting.comparison_words import at_end, difference, width
 from hdprog.reporting.geometry import MICRORADIAN
 from hdprog.reporting.rounding import interval, rounded, significant
 from hdprog.reporting.sections.method import Passage
@@ -74,9 +74,7 @@ def _heldout(one: ComparedModel) -> str:
 def _stiffness(one: ComparedModel) -> Cell:
     if one.stiffness is None:
         return Value(_NONE, "rigid")
-    end = -1 if one.stiffness.torque[-1] > 0 else 0
-    low, _, high = (float(one.stiffness.quantiles[q][end]) for q in (0.05, 0.5, 0.95))
-    texts = interval(low, stiffness_at_end(one), high)
+    texts = interval(*at_end(one.stiffness))
     return Value(texts[1], f"{texts[0]} to {texts[2]}")
 
 
