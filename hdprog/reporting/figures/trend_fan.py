@@ -85,8 +85,8 @@ def trend_fan(trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult
         " the limit.",
         bad=f"the fan {worse} into the limit, or points lie outside it one after the other: wear"
         " has then changed its pace and the forecast is late in seeing it.",
-        action="test again before the inspection hour; where points leave the fan, test at half"
-        " the interval.",
+        action=("inspect now" if _due(forecast) else "test again before the inspection hour")
+        + "; where points leave the fan, test at half the interval.",
         data=trend_numbers(trend, forecast),
     )
 
@@ -205,8 +205,7 @@ def _draw_tests(axes: Axes, trend: FigureTrend, tests: Sequence[TestResult]) -> 
         zorder=4,
         label="test by itself, 90 %",
     )
-    doubtful = {t.service_hours for t in tests if not t.converged}
-    marked = [i for i, at in enumerate(trend.test_hours) if float(at) in doubtful]
+    marked = [number for number, test in enumerate(tests) if not test.converged]
     if marked:
         axes.plot(
             trend.test_hours[marked],
@@ -284,13 +283,17 @@ def _draw_crossing(axes: Axes, forecast: Forecast, threshold: float, end: float)
 def _events(forecast: Forecast, tests: Sequence[TestResult]) -> list[Event]:
     events = [Event(forecast.now_hours, "now", INK, "-")]
     inspect = outlook.inspection_hours(forecast)
-    if inspect is not None and not outlook.due_now(forecast) and not forecast.already_crossed:
+    if inspect is not None and not _due(forecast):
         events.append(Event(inspect, f"inspect before {hours(inspect)}", INSPECT, "-"))
     return events + [
         Event(test.service_hours, test.event, MUTED, ":")
         for test in tests
         if test.event and test.service_hours is not None
     ]
+
+
+def _due(forecast: Forecast) -> bool:
+    return forecast.already_crossed or outlook.due_now(forecast)
 
 
 def _alt(trend: FigureTrend, forecast: Forecast, limit: Limit) -> str:
