@@ -47,11 +47,12 @@ def _pictures(result: DriveResult) -> list[Picture]:
     from hdprog.reporting import outlook
     from hdprog.reporting.figures.remaining_life import remaining_life
     from hdprog.reporting.figures.trend_fan import trend_fan
+    from hdprog.reporting.reader_units import shown_in
     from hdprog.reporting.style import house_style
 
     drawn: list[Picture] = []
     coming = outlook.not_passed(result.forecasts)
-    with house_style():
+    with house_style(), shown_in(result.drive.report):
         if outlook.overall(coming) is not None:
             ahead = result.drive.forecast.next_shutdown_hours
             shown = ahead if outlook.shutdown_ahead(result) else None
