@@ -110,7 +110,10 @@ def spread_about_median(forecast: Forecast) -> float:
 
 
 def due_now(forecast: Forecast) -> bool:
-    """Whether the accepted risk is reached already, or within the hour."""
+    """Whether the accepted risk is reached already, or within the hour, or the limit is passed.
+
+    What is more likely passed than not is to be inspected now, whatever risk is accepted.
+    """
     return (
         forecast.inspect_before_hours is not None
         and forecast.inspect_before_hours <= forecast.now_hours + AT_ONCE
@@ -125,7 +128,7 @@ def next_test_hours(result: DriveResult) -> float | None:
     inspection is due now or in a couple of hours, or nothing was forecast.
     """
     forecast = overall(result.forecasts)
-    if forecast is None or forecast.already_crossed or due_now(forecast):
+    if forecast is None or due_now(forecast):
         return None
     now = forecast.now_hours
     if forecast.inspect_before_hours is not None:

@@ -85,7 +85,9 @@ def trend_fan(trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult
         " the limit.",
         bad=f"the fan {worse} into the limit, or points lie outside it one after the other: wear"
         " has then changed its pace and the forecast is late in seeing it.",
-        action=("inspect now" if _due(forecast) else "test again before the inspection hour")
+        action=(
+            "inspect now" if outlook.due_now(forecast) else "test again before the inspection hour"
+        )
         + "; where points leave the fan, test at half the interval.",
         data=trend_numbers(trend, forecast),
     )
@@ -283,17 +285,13 @@ def _draw_crossing(axes: Axes, forecast: Forecast, threshold: float, end: float)
 def _events(forecast: Forecast, tests: Sequence[TestResult]) -> list[Event]:
     events = [Event(forecast.now_hours, "now", INK, "-")]
     inspect = outlook.inspection_hours(forecast)
-    if inspect is not None and not _due(forecast):
+    if inspect is not None and not outlook.due_now(forecast):
         events.append(Event(inspect, f"inspect before {hours(inspect)}", INSPECT, "-"))
     return events + [
         Event(test.service_hours, test.event, MUTED, ":")
         for test in tests
         if test.event and test.service_hours is not None
     ]
-
-
-def _due(forecast: Forecast) -> bool:
-    return forecast.already_crossed or outlook.due_now(forecast)
 
 
 def _alt(trend: FigureTrend, forecast: Forecast, limit: Limit) -> str:

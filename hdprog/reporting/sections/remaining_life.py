@@ -70,7 +70,7 @@ def _passed(forecast: Forecast) -> Cell:
 
 def _inspect(forecast: Forecast) -> str:
     at = outlook.inspection_hours(forecast)
-    if forecast.already_crossed or outlook.due_now(forecast):
+    if outlook.due_now(forecast):
         return "now"
     if at is None:
         return "not due"
