@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import gzip
 import io
 import re
 from pathlib import Path
 
 import pytest
+from starlette.responses import PlainTextResponse
 from starlette.testclient import TestClient
+from starlette.types import Message
 
+from hdprog.web.security.body_limit import BodyLimit
 from tests.web.conftest import ClientOf, service_in
 from tests.web.server import csrf_of, text_of
 
@@ -89,6 +93,24 @@ def test_more_than_the_limit_is_refused_by_what_it_claims(api: TestClient) -> No
     )
     assert answer.status_code == 413
     assert "--max-upload-mb" in answer.json()["detail"]
+
+
+def test_a_claim_that_is_no_number_is_refused() -> None:
+    answers: list[Message] = []
+
+    async def receive() -> Message:
+        return {"type": "http.request", "body": b"", "more_body": False}
+
+    async def send_on(message: Message) -> None:
+        answers.append(message)
+
+    limited = BodyLimit(
+        PlainTextResponse("in"), 1000, lambda _, status, words: PlainTextResponse(words, status)
+    )
+    claim = [(b"content-length", b"\xb2")]  # a raised two
+    scope = {"type": "http", "method": "POST", "path": "/", "headers": claim}
+    asyncio.run(limited(scope, receive, send_on))
+    assert answers[0]["status"] == 413
 
 
 def test_a_bomb_within_the_limit(api: TestClient) -> None:

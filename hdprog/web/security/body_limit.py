@@ -38,8 +38,8 @@ class BodyLimit:
             await self.app(scope, receive, send)
             return
         claimed = Headers(scope=scope).get("content-length", "0")
-        if not claimed.isdigit() or int(claimed) > self.most:
-            if claimed.isdigit() and int(claimed) <= _HEARD_OUT * self.most:
+        if not claimed.isdecimal() or int(claimed) > self.most:
+            if claimed.isdecimal() and int(claimed) <= _HEARD_OUT * self.most:
                 await _hear_out(receive)
             await self._refuse(scope, receive, send)
             return
