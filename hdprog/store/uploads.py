@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import secrets
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import date
 from pathlib import PurePosixPath, PureWindowsPath
 from typing import Any
@@ -238,7 +238,7 @@ def said_otherwise(test: TestRow, facts: TestFacts) -> tuple[str, ...]:
 
 
 def accept(session: Session, actor: Actor, test: TestRow, facts: TestFacts) -> None:
-    """Let a record count, with what the user says of it.
+    """Let a record count, with what the user says of it, or correct what was said of one that does.
 
     Raises
     ------
@@ -247,16 +247,21 @@ def accept(session: Session, actor: Actor, test: TestRow, facts: TestFacts) -> N
     """
     facts.check()
     refuse_hours_begun_again(session, test.drive, facts, test)
+    subject, before = f"{test.drive.name} / {test.label}", _written(facts_of(test))
     _state(test, facts)
+    said = _written(facts_of(test))
+    if test.state == "accepted":
+        note(session, actor, "test changed", subject, before=before, after=said)
+    else:
+        note(session, actor, "test accepted", subject, **said)
     test.state = "accepted"
-    note(
-        session,
-        actor,
-        "test accepted",
-        f"{test.drive.name} / {test.label}",
-        service_hours=facts.service_hours,
-        event=facts.event,
-    )
+
+
+def _written(facts: TestFacts) -> dict[str, Any]:
+    """Write out what is said of a test, for the audit trail; what is not said is left out."""
+    said = {name: value for name, value in asdict(facts).items() if value is not None}
+    del said["label"]
+    return {name: str(value) if isinstance(value, date) else value for name, value in said.items()}
 
 
 def remove(session: Session, actor: Actor, test: TestRow) -> None:

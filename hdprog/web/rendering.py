@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import asdict
 from datetime import datetime
@@ -122,6 +123,7 @@ def environment() -> jinja2.Environment:
         number=_number,
         declared=plain,
         segment=_segment,
+        details=_details,
     )
     made.globals.update(
         middle_words=middle_words,
@@ -165,3 +167,8 @@ def _size(value: int) -> str:
 def _segment(text: str) -> str:
     """Give a name as a part of an address."""
     return quote(text, safe="")
+
+
+def _details(content: Mapping[str, Any]) -> str:
+    """Write a line's details out, with the letters that people typed."""
+    return json.dumps(content, indent=1, sort_keys=True, ensure_ascii=False)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from datetime import date
 from pathlib import Path
 
 import pytest
 
 from hdprog.errors import BadInputError
-from hdprog.store.audit import COMMAND_LINE
+from hdprog.store.audit import COMMAND_LINE, trail
 from hdprog.store.drives import find_drive
 from hdprog.store.folder import export_drive
 from hdprog.store.store import Store
@@ -141,3 +142,17 @@ def test_tests_of_one_name_in_the_same_instant_are_both_kept(store: Store) -> No
             test = find_test(session, uid)
             assert test is not None
             assert (test.label, test.drive.name, test.service_hours) == ("t01", name, 1.0)
+
+
+def test_the_trail_tells_what_a_correction_changed(store: Store) -> None:
+    with store.writing() as session:
+        drive = add_sample(session)
+        test, _ = add_bytes(session, store.files, drive, b"a", TestFacts(900.0, note="cold"))
+        accept(session, COMMAND_LINE, test, TestFacts(9000.0, tested_on=date(2026, 3, 9)))
+    with store.reading() as session:
+        line = trail(session)[0]
+    assert (line.action, line.subject) == ("test changed", f"{drive.name} / {test.label}")
+    assert line.details == {
+        "before": {"service_hours": 900.0, "note": "cold"},
+        "after": {"service_hours": 9000.0, "tested_on": "2026-03-09"},
+    }
