@@ -7,6 +7,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from hdprog.errors import BadInputError
+
 Responses = dict[int | str, dict[str, Any]]
 
 
@@ -46,7 +48,15 @@ class DriveFile(BaseModel):
     @property
     def declared(self) -> dict[str, Any]:
         """What is given, without nulls: TOML has none, and leaving out says the same."""
-        given: dict[str, Any] = _without_nulls(self.model_dump(exclude_unset=True))
+        try:
+            given: dict[str, Any] = _without_nulls(self.model_dump(exclude_unset=True))
+        except RecursionError as error:
+            raise BadInputError(
+                "values within values, hundreds deep",
+                "body",
+                "the content of a drive.toml, whose values are at most in lists in sections",
+                "Correct it.",
+            ) from error
         return given
 
 

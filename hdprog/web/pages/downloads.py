@@ -12,8 +12,8 @@ from typing import Annotated
 
 import fastapi
 from fastapi import APIRouter, Request
-from starlette.background import BackgroundTask
 from starlette.responses import FileResponse, Response
+from starlette.types import Receive, Scope, Send
 
 from hdprog.store import analyses
 from hdprog.store.folder import export_drive
@@ -105,12 +105,25 @@ def save_folder(request: Request, who: Viewer, drive_id: DriveName) -> Response:
     except BaseException:
         shutil.rmtree(place, ignore_errors=True)
         raise
-    return FileResponse(
-        packed,
-        media_type="application/zip",
-        headers=_as_file(f"{drive_id}.zip"),
-        background=BackgroundTask(shutil.rmtree, place, ignore_errors=True),
-    )
+    return _OnceResponse(place, packed, "application/zip", _as_file(f"{drive_id}.zip"))
+
+
+class _OnceResponse(FileResponse):
+    """A file that was made for one answer, whose folder goes however that ends.
+
+    A task in the background is not begun where a part was asked for that the file does not have.
+    """
+
+    def __init__(self, place: Path, path: str, kind: str, headers: dict[str, str]) -> None:
+        super().__init__(path, media_type=kind, headers=headers)
+        self._place = place
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer, then remove the folder."""
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            shutil.rmtree(self._place, ignore_errors=True)
 
 
 @router.get("/tests/{test_id}/report")

@@ -49,17 +49,24 @@ def change_toml(
     before = _content(request, drive_id)
     try:
         refuse_unseen(told, before)  # first: a page that says what is wrong is one of now
-        return _changed(request, who, drive_id, tomllib.loads(text.replace("\r\n", "\n")), told)
-    except tomllib.TOMLDecodeError as error:
-        problem = (
-            f"drive.toml: found text that is not valid TOML ({error}); expected a drive's file. "
-            "Correct that place; text values need quotation marks."
-        )
+        return _changed(request, who, drive_id, _parsed(text), told)
     except UnseenError as error:
         return _page_of_now(request, who, drive_id, error)
     except BadInputError as error:
         problem = str(error)
     return _page(request, who, drive_id, before, fields_of(before), text, [problem])
+
+
+def _parsed(text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text.replace("\r\n", "\n"))
+    except (ValueError, RecursionError) as error:  # also of thousands of digits or brackets
+        raise BadInputError(
+            f"text that is not valid TOML ({error})",
+            "drive.toml",
+            "a drive's file",
+            "Correct that place; text values need quotation marks.",
+        ) from error
 
 
 def _change(request: Request, who: Identity, drive_id: str, fields: dict[str, str]) -> Response:

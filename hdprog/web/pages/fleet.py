@@ -20,7 +20,7 @@ _STATUSES = {
     "act": "Act now",
     "plan": "Plan an inspection",
     "present": "Present condition only",
-    "good": "No limit in sight",
+    "good": "Nothing to plan yet",  # no limit in sight, or a risk that is accepted
     "untested": "No result yet",
 }
 

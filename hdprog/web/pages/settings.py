@@ -22,6 +22,7 @@ from hdprog.web.security.identity import (
     Viewer,
     form_of_ours,
 )
+from hdprog.web.seen import refuse_unseen, seen
 from hdprog.web.service import service_of
 
 router = APIRouter()
@@ -100,12 +101,14 @@ def change_user(
     number: _Number,
     role: Annotated[str, Form()] = "viewer",
     disabled: Annotated[str, Form()] = "",
+    told: Annotated[str, Form(alias="seen")] = "",
 ) -> Response:
     """Give an account another role, or switch it off or on."""
     try:
         with service_of(request).store.writing() as session:
             user = session.get(UserRow, number)
             if user is not None:
+                refuse_unseen(told, (user.role, user.disabled))
                 wanted = accounts.role_named(role)
                 accounts.change_user(session, who.actor, user, wanted, disabled=bool(disabled))
     except BadInputError as error:
@@ -158,6 +161,7 @@ def _page(
             "roles": accounts.ROLES,
             "least_password": accounts.LEAST_PASSWORD,
             "users": accounts.users(session) if who.may("admin") else [],
+            "seen": seen,
             "tokens": accounts.tokens(session) if who.may("admin") else [],
         }
     return render(request, "settings.html", context, status if problem else 200, who=who)
