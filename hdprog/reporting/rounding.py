@@ -157,13 +157,18 @@ def percent(probability: float) -> str:
 
 
 def percent_beside(probability: float, accepted: float) -> str:
-    """Probability in per cent, with as many more digits as tell it from an accepted risk."""
+    """Probability in per cent, to the digits that put it on its side of an accepted risk."""
     if probability < 0.001:
         return percent(probability) if accepted >= 0.01 else f"less than 0.1{THIN_SPACE}%"
     shown, wanted = 100.0 * probability, round(100.0 * accepted, 3)
     coarsest = 0 if max(probability, accepted) >= 0.01 else 1
-    decimals = next((d for d in range(coarsest, 4) if round(shown, d) != wanted), 0)
+    side = _side(round(shown, 3), wanted)
+    decimals = next(d for d in range(coarsest, 4) if _side(round(shown, d), wanted) == side)
     return percent(probability) if decimals == 0 else f"{shown:.{decimals}f}{THIN_SPACE}%"
+
+
+def _side(value: float, of: float) -> int:
+    return (value > of) - (value < of)
 
 
 def share(fraction: float) -> str:

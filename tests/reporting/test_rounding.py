@@ -108,6 +108,11 @@ def test_next_to_no_uncertainty_does_not_make_endless_digits() -> None:
         (0.0, 0.05, "less than 1 %"),
         (0.006, 0.005, "0.6 %"),
         (0.0002, 0.005, "less than 0.1 %"),
+        (0.0130, 0.012, "1.3 %"),
+        (0.0530, 0.0525, "5.3 %"),
+        (0.0124, 0.012, "1.24 %"),
+        (0.012, 0.012, "1.2 %"),
+        (0.001, 0.001, "0.1 %"),
     ],
 )
 def test_a_risk_is_told_from_the_accepted_one(risk: float, accepted: float, text: str) -> None:
