@@ -15,9 +15,15 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from hdprog.reporting.rounding import MINUS, THIN_SPACE
 from hdprog.reporting.style import INK
 
-THOUSANDS = FuncFormatter(
-    lambda value, _: f"{value:,.10g}".replace(",", THIN_SPACE).replace("-", MINUS)
-)
+
+def _tick(value: float, _: object = None) -> str:
+    text = f"{value:,.10g}"
+    if "e" in text and abs(value) < 1.0:  # angles in rad: one axis in one way of writing
+        text = f"{value:.12f}".rstrip("0").rstrip(".")
+    return text.replace(",", THIN_SPACE).replace("-", MINUS)
+
+
+THOUSANDS = FuncFormatter(_tick)
 """Tick labels with thin spaces between thousands."""
 PERCENT = FuncFormatter(lambda value, _: f"{100 * value:.0f}{THIN_SPACE}%")
 """Tick labels of probabilities."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from hdprog.comparison.results import DRIVE, ComparedModel, Comparison, StiffnessBand
 from hdprog.physics.figures import ARCMIN_PER_RAD
 from hdprog.reporting.geometry import MICRORADIAN
@@ -127,9 +129,15 @@ def width(model: ComparedModel) -> tuple[str, str]:
     """Median width in arcmin, and its interval."""
     low, middle, high = (ARCMIN_PER_RAD * model.width[level] for level in (0.05, 0.5, 0.95))
     if middle < _NO_WIDTH:
-        return "0", f"up to {significant(max(high, _NO_WIDTH), 1)}"
+        return "0", f"up to {significant(_raised(max(high, _NO_WIDTH)), 1)}"
     texts = interval(low, middle, high)
     return texts[1], f"{texts[0]} to {texts[2]}"
+
+
+def _raised(value: float) -> float:
+    """Round up to one digit, as an upper bound must be."""
+    step = 10.0 ** math.floor(math.log10(value))
+    return math.ceil(value / step - 1e-9) * step
 
 
 def screen(result: Comparison) -> str:

@@ -9,6 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from hdprog.reporting.axes import THOUSANDS, align_left, ticks_inside, title_that_fits
 from hdprog.reporting.figures.residual_strip import draw_residual, format_axes, residual_height
 from hdprog.reporting.figures.trend_fan import visible_hours
+from hdprog.reporting.rounding import THIN_SPACE
 from hdprog.reporting.style import house_style, new_figure
 from tests.reporting import drives, explanations
 
@@ -74,3 +75,9 @@ def test_a_late_end_of_the_crossing_leaves_the_tests_room() -> None:
         first, end = visible_hours(figure, drives.forecast_of(limit, crossings, 900.0))
         assert first < 0.0
         assert 1_300.0 < end <= most
+
+
+def test_small_numbers_of_an_axis_are_written_in_one_way() -> None:
+    texts = [THOUSANDS(value, 0) for value in (-0.0001, -8e-05, 0.0, 2e-05, 0.0001, 1e-8)]
+    assert texts == ["−0.0001", "−0.00008", "0", "0.00002", "0.0001", "0.00000001"]
+    assert THOUSANDS(123456.0, 0) == f"123{THIN_SPACE}456"

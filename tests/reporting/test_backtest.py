@@ -11,11 +11,12 @@ import pytest
 
 from hdprog.config import Limit
 from hdprog.forecast.backtest import FigureScore, OriginScores, score_crossing
-from hdprog.forecast.backtest_pool import BacktestResult, DriveScores
+from hdprog.forecast.backtest_pool import BacktestResult, CrossingCourse, DriveScores
 from hdprog.forecast.crossing import Crossing
 from hdprog.reporting.backtest import build_backtest_report
 from hdprog.reporting.backtest_json import backtest_json
 from hdprog.reporting.backtest_words import late_words, verdict
+from hdprog.reporting.sections.backtest import accuracies
 from hdprog.results import Provenance
 from tests.reporting.page import Page, spaced
 
@@ -138,3 +139,22 @@ def test_a_median_past_the_horizon_has_no_number_in_the_json() -> None:
     usual = backtest_json(result(drive("d1", 480.0)))["drives"][0]
     assert usual["late_share"] == pytest.approx(20 / 480)
     assert usual["late_past_horizon"] is False
+
+
+@pytest.mark.parametrize(
+    ("late", "text"),
+    [(None, "past the horizon"), (20.0, "20 h late"), (-20.0, "20 h early"), (0.0, "on time")],
+)
+def test_the_last_forecast_is_the_last_one(late: float | None, text: str) -> None:
+    first = drive("d1", 480.0).origins[0].crossings[0]
+    course = CrossingCourse(
+        "d1",
+        LOST.key,
+        0.0,
+        480.0,
+        (0.0, 200.0),
+        (first, replace(first, late_hours=late)),
+        None,
+        0.9,
+    )
+    assert spaced(str(accuracies([course]).groups[0].rows[0].cells[-1])) == text

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 
-from hdprog.comparison.results import StiffnessBand
-from hdprog.reporting.comparison_words import at_end
+from hdprog.comparison.results import ComparedModel, StiffnessBand
+from hdprog.physics.figures import ARCMIN_PER_RAD
+from hdprog.reporting.comparison_words import at_end, width
 
 
 def band(*torque: float) -> StiffnessBand:
@@ -25,3 +29,13 @@ def test_median_and_interval_are_of_the_same_torque(
 ) -> None:
     """Of a model that is not alike at both ends the median stood outside of its interval."""
     assert at_end(band(*torque)) == (stiffness - 1.0, stiffness, stiffness + 1.0)
+
+
+@pytest.mark.parametrize(
+    ("high", "text"),
+    [(0.34, "up to 0.4"), (0.3, "up to 0.3"), (0.0024, "up to 0.003"), (0.0, "up to 0.002")],
+)
+def test_what_a_width_is_at_most_is_rounded_up(high: float, text: str) -> None:
+    quantiles = {0.05: 0.0, 0.5: 0.0, 0.95: high / ARCMIN_PER_RAD}
+    model = cast("ComparedModel", SimpleNamespace(width=quantiles))
+    assert width(model) == ("0", text)

@@ -146,7 +146,6 @@ def accuracies(courses: Sequence[CrossingCourse]) -> Table:
     rows = []
     for course in courses:
         name = capital(quantity(course.key).name)
-        late = [score.late_hours for score in course.scores if score.late_hours is not None]
         horizon = course.prognostic_horizon
         rows.append(
             Row(
@@ -156,11 +155,7 @@ def accuracies(courses: Sequence[CrossingCourse]) -> Table:
                     str(len(course.scores)),
                     _NONE if horizon is None else f"{hours(horizon)} before",
                     _NONE if course.accuracy is None else significant(course.accuracy, 2),
-                    hours(late[-1]) + " late"
-                    if late and late[-1] > 0
-                    else hours(-late[-1]) + " early"
-                    if late
-                    else _NONE,
+                    _last(course),
                 ),
             )
         )
@@ -179,6 +174,16 @@ def accuracies(courses: Sequence[CrossingCourse]) -> Table:
         ),
         rows,
     )
+
+
+def _last(course: CrossingCourse) -> str:
+    """How late the median of the last forecast was; one past the horizon has no number."""
+    late = course.scores[-1].late_hours
+    if late is None:
+        return "past the horizon"
+    if abs(late) < 0.5:
+        return "on time"
+    return f"{hours(abs(late))} {'late' if late > 0 else 'early'}"
 
 
 def skills(scores: Sequence[FigureScore]) -> Table:
