@@ -11,7 +11,8 @@ from pathlib import Path
 
 
 def _aside(folder: Path, name: str) -> Path:
-    return folder / f".{name}.{secrets.token_hex(4)}.part"
+    # Cut: beside a name near the longest that a file system takes, a longer one cannot be made.
+    return folder / f".{name[:40]}.{secrets.token_hex(4)}.part"
 
 
 def atomic_write_bytes(path: Path, content: bytes) -> None:

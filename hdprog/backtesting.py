@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -11,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from hdprog.atomic import atomic_directory
 from hdprog.data.drive_folder import DriveFolder, files_of, read_drive_folder, read_test_loop
 from hdprog.data.loop import Loop
 from hdprog.data.truth_file import Truth, read_truth
+from hdprog.drive_folders import drive_folders
 from hdprog.errors import BadInputError
 from hdprog.forecast.backtest import score_origin
 from hdprog.forecast.backtest_pool import BacktestResult, DriveScores
@@ -25,6 +24,7 @@ from hdprog.inference.prepare import scales_of
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import Prior
 from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
+from hdprog.outcome import write_beside_report
 from hdprog.parallel import hold_blas_to_one_thread, process_executor, spread_over
 from hdprog.results import Provenance
 from hdprog.tests_of_drive import fit_tests, with_rated_torque
@@ -68,11 +68,9 @@ class Backtest:
 
         provenance = replace(self.result.provenance, command=command)
         stamped = replace(self, result=replace(self.result, provenance=provenance))
-        text = json.dumps(stamped.document(), indent=1, allow_nan=False)
-        report = build_backtest_report(stamped.result)
-        with atomic_directory(Path(out)) as folder:
-            (folder / "backtest.json").write_text(text + "\n", "utf-8")
-            (folder / "report.html").write_text(report, "utf-8")
+        write_beside_report(
+            Path(out), "backtest.json", stamped.document(), build_backtest_report(stamped.result)
+        )
 
 
 def backtest(
@@ -106,7 +104,7 @@ def backtest(
     hold_blas_to_one_thread()
     read: list[_ReadDrive] = []
     left_out: list[tuple[str, str]] = []
-    folders = _drive_folders(path)
+    folders = _of_drives(path)
     for folder in folders:
         try:
             read.append(_read(folder, folder.relative_to(path).as_posix()))
@@ -148,11 +146,11 @@ class _ReadDrive:
     truth: Truth | None
 
 
-def _drive_folders(path: Path) -> list[Path]:
+def _of_drives(path: Path) -> list[Path]:
     """The drive folder itself, or all below a folder."""
     if (path / "drive.toml").is_file() or not path.is_dir():
         return [path]
-    found = sorted(file.parent for file in path.rglob("drive.toml"))
+    found = drive_folders(path)
     if not found:
         raise BadInputError(
             "no drive.toml in it or below it",

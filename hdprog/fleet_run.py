@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, as_completed
@@ -23,13 +22,14 @@ from hdprog.atomic import atomic_directory, atomic_write_text
 from hdprog.cluster import dask_client
 from hdprog.config import Drive
 from hdprog.data.drive_folder import read_drive_folder
+from hdprog.drive_folders import drive_folders
 from hdprog.errors import BadInputError, HdprogError
+from hdprog.outcome import RUN_KEY, results_in
 from hdprog.packed import packed, unpack, unpacked
 from hdprog.parallel import process_executor
 
 Progress = Callable[[str, int, int], None]
 SCHEMA = "hdprog.fleet/1"
-_KEY = "input.sha256"
 _MISTAKE = "a mistake in hdprog"
 _DIED = "its process ended before it was done, perhaps for want of memory; run the fleet again"
 _OURS = (_MISTAKE, _DIED)
@@ -57,7 +57,7 @@ class Order:
     @property
     def finished(self) -> bool:
         """Whether its results are there already."""
-        kept = self.out / _KEY
+        kept = self.out / RUN_KEY
         return kept.is_file() and kept.read_text("utf-8").strip() == self.key
 
 
@@ -166,7 +166,7 @@ def _orders(
     path: Path, out: Path, seed: int, quick: bool, explain: bool
 ) -> tuple[list[Order], list[LeftOut]]:
     """One order a drive folder; folders that cannot be read are left out."""
-    folders = _drive_folders(path, out)
+    folders = drive_folders(path, out)
     if not folders:
         raise BadInputError(
             f"no folder {path}" if not path.is_dir() else "no drive.toml below it",
@@ -198,25 +198,6 @@ def _orders(
         orders.append(Order(name, folder, place, key, seed, quick, explain))
     _require_any(orders, path, left_out)
     return orders, left_out
-
-
-def _drive_folders(path: Path, out: Path) -> list[Path]:
-    """Folders with a drive.toml, links followed, each once; results below `path` are left out."""
-    results = out.resolve()
-    below = results != path.resolve() and results.is_relative_to(path.resolve())
-    found: list[Path] = []
-    seen: set[Path] = set()
-    for place, inner, files in os.walk(path, followlinks=True):
-        here = Path(place)
-        real = here.resolve()
-        if real in seen or (below and real == results):
-            inner.clear()
-            continue
-        seen.add(real)
-        inner.sort()  # of two names of a folder the same one on every machine
-        if "drive.toml" in files:
-            found.append(here)
-    return sorted(found)
 
 
 def _require_any(usable: Sequence[Order], path: Path, left_out: Sequence[LeftOut]) -> None:
@@ -300,7 +281,7 @@ def _spread_packed(
         if isinstance(found, LeftOut):
             yield found
             continue
-        with atomic_directory(order.out) as aside:
+        with atomic_directory(order.out, results_in(order.out)) as aside:
             unpack(found, aside)
         yield None
 
@@ -327,7 +308,7 @@ def _run_one(order: Order, command: str, workers: int | None) -> LeftOut | None:
         )
         order.out.parent.mkdir(parents=True, exist_ok=True)
         outcome.write(order.out, command, workers)
-        atomic_write_text(order.out / _KEY, order.key + "\n")
+        atomic_write_text(order.out / RUN_KEY, order.key + "\n")
     except (HdprogError, OSError) as error:
         return LeftOut(order.name, str(error))
     except Exception as error:  # whatever it is, the other drives go on

@@ -25,10 +25,13 @@ if TYPE_CHECKING:
     from arviz import InferenceData
 
 
-_RESULTS = ("posterior.nc", "posteriors/*.nc", "explain.json", "report.pdf")
+RUN_KEY = "input.sha256"
+"""Beside results in a fleet's folder: from which files and options they are."""
+
+_RESULTS = ("posterior.nc", "posteriors/*.nc", "explain.json", "report.pdf", RUN_KEY)
 
 
-def _results_in(out: Path) -> tuple[str, ...]:
+def results_in(out: Path) -> tuple[str, ...]:
     """Patterns of an earlier run's results in a folder: they would pass for this one's."""
     return _RESULTS if (out / "summary.json").is_file() else ()
 
@@ -151,7 +154,7 @@ class Outcome:
         provenance = replace(self.result.provenance, command=command)
         stamped = replace(self, result=replace(self.result, provenance=provenance))
         with (
-            atomic_directory(Path(out), _results_in(Path(out))) as folder,
+            atomic_directory(Path(out), results_in(Path(out))) as folder,
             process_executor(workers) as executor,
         ):
             spread = spread_over(executor)

@@ -72,8 +72,8 @@ def output_folder(
     Raises
     ------
     UsageError
-        When a file lies where the folder or one above it should be, nothing can be written there,
-        or a PDF cannot be made here.
+        When a file or a link to nothing lies where the folder or one above it should be, nothing
+        can be written there, or a PDF cannot be made here.
     BadInputError
         When the folder holds the results of another command, whose report would be lost.
     """
@@ -82,6 +82,11 @@ def output_folder(
 
         require_pdf()
     folder = Path(f"hdprog-{name}") if out is None else out
+    if folder.is_symlink() and not folder.exists():
+        raise UsageError(
+            f"--out: found a link at {folder} whose target is not there, expected a folder or "
+            "nothing there. Give another folder with --out DIR."
+        )
     there = next(one for one in (folder, *folder.resolve().parents) if one.exists())
     if not there.is_dir():
         raise UsageError(

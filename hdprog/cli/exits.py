@@ -9,6 +9,7 @@ import signal
 import sys
 import threading
 import traceback
+from collections.abc import Sequence
 from enum import IntEnum
 from typing import Any
 
@@ -52,6 +53,8 @@ class GuardedGroup(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Keep the command as it was typed, for the provenance in reports."""
+        if args[:1] != ["check"]:  # which writes nothing
+            _require_text(args)
         ctx.obj = shlex.join(["hdprog", *args])
         return super().parse_args(ctx, args)
 
@@ -83,6 +86,17 @@ class GuardedGroup(TyperGroup):
             typer.echo(words, err=True)
             raise typer.Exit(code) from error
         return outcome
+
+
+def _require_text(args: Sequence[str]) -> None:
+    """Refuse names that no report could hold, before the work."""
+    for text in args:
+        shown = text.encode("utf-8", "backslashreplace").decode()
+        if any("\ud800" <= letter <= "\udfff" for letter in text):
+            raise typer.BadParameter(
+                f"found a name that is not UTF-8 ({shown}), expected one whose letters a report "
+                "can show. Rename the file or folder."
+            )
 
 
 def explain_error(error: Exception) -> tuple[ExitCode, str]:

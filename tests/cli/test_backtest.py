@@ -39,8 +39,12 @@ def test_a_fleet_with_one_drive_that_can_be_read(
     invoke: Invoke, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(backtesting, "QUICK", SHORT)
-    subset(tmp_path / "fleet" / "axis1", "t05", "t10")
+    subset(tmp_path / "axis1", "t05", "t10")
     subset(tmp_path / "fleet" / "axis2", "t05")
+    (tmp_path / "fleet" / "axis1").symlink_to(tmp_path / "axis1")
+    (tmp_path / "hdprog-backtest-fleet").mkdir()
+    (tmp_path / "hdprog-backtest-fleet" / "backtest.json").write_text("{}", "utf-8")
+    (tmp_path / "hdprog-backtest-fleet" / "report.pdf").write_text("of before", "utf-8")
     shown = invoke("backtest", "fleet", "--quick", "--workers", "2", "--seed", "3")
     # A plan this short converges nowhere, and the whole says so.
     assert shown.exit_code == 4, shown.stderr

@@ -113,6 +113,26 @@ def test_out_that_is_a_file_is_refused_before_the_work(
     assert (tmp_path / "taken").read_text(encoding="utf-8") == "mine"
 
 
+def test_out_that_is_a_link_to_nothing_is_refused_before_the_work(
+    invoke: Invoke, workflow: Workflow, tmp_path: Path
+) -> None:
+    (tmp_path / "link").symlink_to(tmp_path / "gone")
+    shown = invoke("run", "drive", "--out", "link")
+    assert shown.exit_code == 2
+    assert "whose target is not there" in shown.stderr
+    assert workflow.calls == []
+
+
+@pytest.mark.parametrize("asked", [("fit", "m\udcfcller.csv"), ("run", "d", "--out", "\udcff")])
+def test_a_name_that_no_report_can_show_is_refused_before_the_work(
+    invoke: Invoke, workflow: Workflow, asked: tuple[str, ...]
+) -> None:
+    shown = invoke(*asked)
+    assert shown.exit_code == 2
+    assert "not UTF-8" in shown.stderr
+    assert workflow.calls == []
+
+
 def test_a_closed_pipe_is_quiet() -> None:
     code = (
         "import os, sys, types\n"

@@ -69,6 +69,13 @@ def test_results_of_before_that_are_not_made_anew_go(tmp_path: Path) -> None:
     assert (tmp_path / "kept.nc").read_text() == "now"
 
 
+def test_the_longest_name_of_a_folder_or_file_can_be_written(tmp_path: Path) -> None:
+    long = "ü" * 120 + "x" * 15  # 255 bytes
+    with atomic_directory(tmp_path / long) as aside:
+        atomic_write_text(aside / long, "whole")
+    assert (tmp_path / long / long).read_text("utf-8") == "whole"
+
+
 @pytest.mark.parametrize("existing", [False, True])
 @pytest.mark.parametrize("interruption", [KeyboardInterrupt, ValueError])
 def test_interrupted_block_leaves_all_as_it_was(

@@ -16,6 +16,7 @@ from hdprog import fleet_run, workflow
 from hdprog.errors import BadInputError, HdprogError, UsageError
 from hdprog.fleet_run import Fleet, LeftOut, run_fleet
 from hdprog.inference.until_converged import QUICK
+from hdprog.outcome import RUN_KEY
 from hdprog.shipped import shipped
 from tests.reporting.page import Page
 from tests.workflow.test_run import edit, subset
@@ -153,12 +154,26 @@ def test_the_work_goes_out_packed_and_comes_back_packed(folder: Path, tmp_path: 
 def test_a_dask_cluster_runs_the_drives(folder: Path, tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     shutil.rmtree(folder / "broken")
+    results = tmp_path / "out" / "drives" / "cell2"
+    results.mkdir(parents=True)
+    for name in ("summary.json", "explain.json"):
+        (results / name).write_text("{}", "utf-8")
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
     ) as cluster:
         found = run(folder, tmp_path / "out", dask=cluster.scheduler_address)
     assert [drive["folder"] for drive in found.content["drives"]] == ["cell1/worn", "cell2"]
     assert (tmp_path / "out" / "drives" / "cell2" / "report.html").is_file()
+    assert not (results / "explain.json").exists()  # it was not made anew
+
+
+def test_results_of_a_run_by_itself_are_not_the_fleets(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "summary.json").write_text("{}", "utf-8")
+    (out / RUN_KEY).write_text("of a fleet's run", "utf-8")
+    workflow.run(folder / "cell2", quick=True, explain=False, workers=1).write(out)
+    assert not (out / RUN_KEY).exists()
 
 
 def test_folders_without_a_usable_drive_are_refused(folder: Path, tmp_path: Path) -> None:

@@ -1,0 +1,37 @@
+"""Drive folders below a folder."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+
+def drive_folders(path: Path, results: Path | None = None) -> list[Path]:
+    """Find the folders with a drive.toml, links followed, each once.
+
+    Parameters
+    ----------
+    path : Path
+        Where to look, and below.
+    results : Path or None
+        A folder below `path` in which nothing is looked for.
+
+    Returns
+    -------
+    list of Path
+        By name; the same on every machine.
+    """
+    left_out = None if results is None else results.resolve()
+    found: list[Path] = []
+    seen: set[Path] = set()
+    for place, inner, files in os.walk(path, followlinks=True):
+        here = Path(place)
+        real = here.resolve()
+        if real in seen or (real == left_out and here != path):
+            inner.clear()
+            continue
+        seen.add(real)
+        inner.sort()  # of two names of a folder the same one on every machine
+        if "drive.toml" in files:
+            found.append(here)
+    return sorted(found)
