@@ -100,7 +100,8 @@ def effects_to_follow(
 
     Parameters as in `begin_outlook`.
     """
-    worn = brought_by_wear(posteriors, [test.service_hours for test in folder.tests])
+    hours = [test.service_hours for test in folder.tests]
+    worn = brought_by_wear(posteriors, hours, [test.event for test in folder.tests])
     found = list(worn)
     for effect in lasting_effects(posteriors):
         if effect in worn:

@@ -280,7 +280,7 @@ def run(
         beside = None
         if explain:
             closed = list(closing)
-            explanation = explain_drive(traced, closed)
+            explanation = explain_drive(traced, closed, [test.event for test in folder.tests])
             if explanation.effects and folder.drive.limits:
                 before = tuple(one.before for one in closed)
                 beside = begin_beside(folder, before, *shared)

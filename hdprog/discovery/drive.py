@@ -35,12 +35,15 @@ _NONE = 2.0
 _COMMON = 0.8  # share of the tests that carry an effect of the rig
 
 
-def explain_drive(traced: Sequence[Traced], closed: Sequence[Closed]) -> DriveExplanation:
+def explain_drive(
+    traced: Sequence[Traced], closed: Sequence[Closed], events: Sequence[str | None]
+) -> DriveExplanation:
     """Pool the explanations of a drive's tests.
 
     Parameters
     ----------
     traced, closed : one a test, by service hours
+    events : before each test, as declared
     """
     tests = tuple(one.explanation for one in closed)
     names = dict.fromkeys(effect.id for test in tests for effect in test.effects)
@@ -49,7 +52,7 @@ def explain_drive(traced: Sequence[Traced], closed: Sequence[Closed]) -> DriveEx
         name: _sizes_of_unknown(tests) if name == UNKNOWN else _sizes(name, after, hours)
         for name in names
     }
-    found = [_pooled_effect(name, traced, closed, sizes[name]) for name in names]
+    found = [_pooled_effect(name, traced, closed, sizes[name], events) for name in names]
     found.sort(key=lambda effect: (effect.id == UNKNOWN, -effect.share))
     return DriveExplanation(
         verdict=_verdict(set(names)),
@@ -75,17 +78,20 @@ def lasting_effects(posteriors: Sequence[Posterior]) -> tuple[Effect, ...]:
     return tuple(effect for effect in mechanisms if effect.lasting and effect.static)
 
 
-def brought_by_wear(posteriors: Sequence[Posterior], hours: Sequence[float]) -> tuple[Effect, ...]:
+def brought_by_wear(
+    posteriors: Sequence[Posterior], hours: Sequence[float], events: Sequence[str | None]
+) -> tuple[Effect, ...]:
     """Lasting effects of the steady cycle that grow over the tests of a drive.
 
     Parameters
     ----------
     posteriors, hours : one a test, by service hours
+    events : before each test, as declared
     """
     return tuple(
         effect
         for effect in lasting_effects(posteriors)
-        if origin_of(_sizes(effect.id, posteriors, hours)) == "wear"
+        if origin_of(_sizes(effect.id, posteriors, hours), events) == "wear"
     )
 
 
@@ -109,22 +115,38 @@ def _sizes_of_unknown(tests: Sequence[Explanation]) -> FloatArray:
     return rows
 
 
-def origin_of(sizes: FloatArray) -> Origin:
+def origin_of(sizes: FloatArray, events: Sequence[str | None]) -> Origin:
     """Whether an effect belongs to the rig (the same in all tests) or grows with wear.
+
+    Wear is what grows over the tests of one and the same drive: where a drive was replaced, an
+    effect that the new one has and the old one had not did not grow.
+
+    Parameters
+    ----------
+    sizes : (tests, 4) service hours and 5 %, 50 %, 95 % of the effect's size
+    events : before each test, as declared
+    """
+    replaced = [at for at, event in enumerate(events) if event == "replaced" and at > 0]
+    if any(_along_hours(life) == "wear" for life in np.split(sizes, replaced)):
+        return "wear"
+    whole = _along_hours(sizes)
+    return "unclear" if whole == "wear" else whole
+
+
+def _along_hours(sizes: FloatArray) -> Origin:
+    """What the tests of one drive say by themselves.
 
     A line through the sizes over service time, weighted by their errors and a scatter of 15 % from
     test to test: growth by half at more than three standard errors is wear; no slope, in at least
     four of five tests, is the rig. A test without the effect says that it is absent no better than
     the others say how large it is.
-
-    Parameters
-    ----------
-    sizes : (tests, 4) service hours and 5 %, 50 %, 95 % of the effect's size
     """
     if len(sizes) < _FEWEST_TESTS or not np.isfinite(sizes).all() or np.ptp(sizes[:, 0]) == 0:
         return "unclear"
     hours, size = sizes[:, 0] / sizes[:, 0].max(), sizes[:, 2]
     present = size > 0
+    if not present.any():
+        return "unclear"
     error = np.hypot((sizes[:, 3] - sizes[:, 1]) / 3.29, _SCATTER * size)
     error[~present] = np.median(error[present])
     error = np.maximum(error, 0.3 * np.median(size[present]))
@@ -141,7 +163,11 @@ def origin_of(sizes: FloatArray) -> Origin:
 
 
 def _pooled_effect(
-    name: str, traced: Sequence[Traced], closed: Sequence[Closed], sizes: FloatArray
+    name: str,
+    traced: Sequence[Traced],
+    closed: Sequence[Closed],
+    sizes: FloatArray,
+    events: Sequence[str | None],
 ) -> FoundEffect:
     carried = [
         (effect, record)
@@ -166,7 +192,7 @@ def _pooled_effect(
         share=float(np.mean([effect.share for effect, _ in carried])),
         indistinguishable_from=others,
         separating_test=separating_test({name, *others}),
-        origin=origin_of(sizes),
+        origin=origin_of(sizes, events),
     )
 
 

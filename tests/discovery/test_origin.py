@@ -9,6 +9,7 @@ from hdprog.discovery.drive import origin_of
 from hdprog.physics.parameters import FloatArray
 
 HOURS = np.linspace(0.0, 3600.0, 8)
+NOTHING = [None] * 8  # was done to the drive
 FEWEST_HELD = 0.97  # of 400 drives: the rule asks for three standard errors
 
 
@@ -31,7 +32,7 @@ def drawn(course: FloatArray, error: float, seed: int) -> FloatArray:
 
 @pytest.mark.parametrize("error", [3e-6, 1.5e-5])
 def test_what_stays_as_it_is_is_hardly_ever_called_wear(error: float) -> None:
-    origins = [origin_of(drawn(np.full(8, 6e-5), error, seed)) for seed in range(400)]
+    origins = [origin_of(drawn(np.full(8, 6e-5), error, seed), NOTHING) for seed in range(400)]
     assert np.mean([origin != "wear" for origin in origins]) >= FEWEST_HELD
     assert np.mean([origin == "rig" for origin in origins]) > 0.9
 
@@ -39,7 +40,7 @@ def test_what_stays_as_it_is_is_hardly_ever_called_wear(error: float) -> None:
 @pytest.mark.parametrize("error", [3e-6, 1.2e-5])
 def test_what_grows_with_service_is_called_wear(error: float) -> None:
     course = 1e-4 * (HOURS / HOURS[-1]) ** 1.3
-    origins = [origin_of(drawn(course, error, seed)) for seed in range(400)]
+    origins = [origin_of(drawn(course, error, seed), NOTHING) for seed in range(400)]
     assert np.mean([origin == "wear" for origin in origins]) > 0.95
     assert "rig" not in origins
 
@@ -48,9 +49,34 @@ def test_a_test_that_does_not_tell_does_not_say_that_the_effect_is_absent() -> N
     """Measured on a simulated drive whose play grew from nothing to 104 µrad."""
     median = 1e-6 * np.array([0, 8, 26, 17, 0, 85, 82, 104])
     error = 1e-6 * np.array([0, 2, 3, 11, 0, 9, 22, 23])
-    assert origin_of(sizes(median, error)) == "wear"
+    assert origin_of(sizes(median, error), NOTHING) == "wear"
 
 
 def test_few_tests_tell_nothing() -> None:
     two = sizes(np.full(8, 6e-5), np.full(8, 3e-6))[:2]
-    assert origin_of(two) == "unclear"
+    assert origin_of(two, NOTHING[:2]) == "unclear"
+
+
+REPLACED = [None] * 4 + ["replaced"] + [None] * 3
+
+
+def test_what_only_the_new_drive_has_did_not_grow() -> None:
+    course = np.array([0.0] * 4 + [6e-5] * 4)
+    error = np.full(8, 3e-6)
+    assert origin_of(sizes(course, error), REPLACED) == "unclear"
+    # The same sizes on one drive are told by their course over the hours.
+    assert origin_of(sizes(course, error), NOTHING) == "wear"
+
+
+@pytest.mark.parametrize(
+    "course",
+    [[0, 30, 60, 90, 0, 30, 60, 90], [0, 0, 0, 0, 0, 30, 60, 90], [0, 30, 60, 90, 0, 0, 5, 0]],
+)
+def test_what_grows_on_one_drive_is_wear_whatever_the_other_has(course: list[float]) -> None:
+    """Also where all tests together do not show it, as the new drive begins anew."""
+    found = sizes(1e-6 * np.array(course), np.full(8, 3e-6))
+    assert origin_of(found, REPLACED) == "wear"
+
+
+def test_a_rig_is_the_same_for_both_drives() -> None:
+    assert origin_of(sizes(np.full(8, 6e-5), np.full(8, 3e-6)), REPLACED) == "rig"
