@@ -159,8 +159,8 @@ def explain(
     Parameters
     ----------
     loop : the record, or the path of a drive folder, whose tests are then pooled
-    drive : what is declared of the drive of a record; nothing if None
-    rng : source of randomness for a record; made from `seed` if None
+    drive : what is declared of the drive of a record; nothing if None; a folder has its own
+    rng : source of randomness for a record; made from `seed` if None; a folder takes `seed` alone
     seed : of everything random where no `rng` is given; recorded as None where one is
     quick : fewer draws, marked as such
     workers : processes for a drive folder; one a core if None
@@ -168,10 +168,13 @@ def explain(
 
     Raises
     ------
+    UsageError
+        for a drive or a generator beside a drive folder
     BadInputError
         for anything that cannot be used
     """
     if not isinstance(loop, Loop):
+        _require_folder_alone(drive, rng)
         whole = run(loop, seed=seed, quick=quick, workers=workers, progress=progress)
         return ExplainOutcome(whole.result, whole.posteriors, whole.single)
     started = time.perf_counter()
@@ -203,6 +206,19 @@ def explain(
         explanation=closed.explanation,
     )
     return ExplainOutcome(result, (closed.after,), single=True)
+
+
+def _require_folder_alone(drive: Drive | None, rng: np.random.Generator | None) -> None:
+    if drive is not None:
+        raise UsageError(
+            "drive: found one beside a drive folder, whose drive.toml says these things. Leave it "
+            "out, or give the loop that hdprog.read_loop reads."
+        )
+    if rng is not None:
+        raise UsageError(
+            "rng: found a generator beside a drive folder, whose tests draw from the seed, so that "
+            "the result does not depend on the workers. Give seed instead."
+        )
 
 
 def run(

@@ -6,9 +6,11 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import hdprog
+from hdprog.errors import UsageError
 from hdprog.outcome import ExplainOutcome
 from hdprog.shipped import shipped
 from tests.reporting.page import Page
@@ -81,3 +83,11 @@ def test_nothing_is_added_where_nothing_is_missing() -> None:
     assert outcome.verdict == "adequate"
     assert outcome.effects == ()
     assert outcome.before == outcome.after
+
+
+def test_what_a_drive_folder_would_pass_over_is_refused() -> None:
+    folder = DRIVES / "one-effect"
+    with pytest.raises(UsageError, match="drive: found one beside a drive folder"):
+        hdprog.explain(folder, hdprog.read_drive(folder / "drive.toml"))
+    with pytest.raises(UsageError, match="rng: found a generator beside a drive folder"):
+        hdprog.explain(folder, rng=np.random.default_rng(0))
