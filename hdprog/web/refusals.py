@@ -14,6 +14,7 @@ from hdprog.errors import BadInputError
 from hdprog.store.drives import DriveExistsError
 from hdprog.web.lookup import UnknownError
 from hdprog.web.rendering import render
+from hdprog.web.security.headers import dress
 from hdprog.web.security.identity import (
     ForgedFormError,
     LoginNeededError,
@@ -165,9 +166,11 @@ def _no_room(request: Request, error: Exception) -> Response:
 
 
 def _mistake(request: Request, error: Exception) -> Response:
-    return refuse(
+    answer = refuse(
         request,
         500,
         "hdprog met a mistake of its own. Nothing that was accepted is lost. The server's log says "
         "more; please report it.",
     )
+    dress(answer.headers, request.scope)  # it is given outside of all that was added to the app
+    return answer

@@ -33,6 +33,15 @@ from hdprog.reporting.words import (
 from hdprog.web.security.identity import Identity, csrf_token, leave_visit
 from hdprog.web.service import service_of
 
+STANDINGS = {
+    "act": "Act now",
+    "plan": "Plan an inspection",
+    "present": "Present condition only",
+    "good": "Nothing to plan yet",  # no limit in sight, or a risk that is accepted
+    "untested": "No result yet",
+}
+"""How drives stand, worst first, in words."""
+
 _SAID = {
     "made": "The drive is made. Upload its first test below.",
     "saved": "Saved.",
@@ -124,6 +133,7 @@ def environment() -> jinja2.Environment:
         declared=plain,
         segment=_segment,
         details=_details,
+        standing=STANDINGS.__getitem__,
     )
     made.globals.update(
         middle_words=middle_words,

@@ -93,3 +93,19 @@ def test_a_drive_within_the_accepted_risk_is_not_counted_as_out_of_sight(
     page = person("viewer").get("/").text
     assert "<b>1</b> Nothing to plan yet" in page
     assert "No limit in sight" not in page
+
+
+def test_a_mistake_of_ours_has_the_headers_of_every_answer(
+    app_client: TestClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object, **__: object) -> None:
+        raise ZeroDivisionError
+
+    visitor = TestClient(app_client.app, raise_server_exceptions=False)
+    monkeypatch.setattr("hdprog.web.health.workers.alive", broken)
+    for address in ("/healthz", "/login"):
+        answer = visitor.get(address)
+        assert answer.headers["content-security-policy"].startswith("default-src 'none'")
+        assert answer.headers["cache-control"] == "no-store"
+        assert answer.headers["x-content-type-options"] == "nosniff"
+    assert visitor.get("/healthz").status_code == 500

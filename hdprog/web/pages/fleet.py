@@ -10,19 +10,12 @@ from starlette.responses import Response
 from hdprog.store import analyses, jobs, workers
 from hdprog.store.drives import fleet
 from hdprog.store.settings import service_settings
-from hdprog.web.rendering import render
+from hdprog.web.rendering import STANDINGS, render
 from hdprog.web.security.identity import Viewer
 from hdprog.web.service import service_of
 
 router = APIRouter()
 _SIZE = 50
-_STATUSES = {
-    "act": "Act now",
-    "plan": "Plan an inspection",
-    "present": "Present condition only",
-    "good": "Nothing to plan yet",  # no limit in sight, or a risk that is accepted
-    "untested": "No result yet",
-}
 
 
 @router.get("/")
@@ -42,7 +35,7 @@ def fleet_page(
             "failed": jobs.failed_last(session, found.drives),
             "overtaken": analyses.overtaken(session, found.drives),
             "counts": [
-                (name, words, found.counts.get(name, 0)) for name, words in _STATUSES.items()
+                (name, words, found.counts.get(name, 0)) for name, words in STANDINGS.items()
             ],
             "total": sum(found.counts.values()),
             "found": found.found,

@@ -28,6 +28,17 @@ _ALWAYS = {
 _YEAR = 31_536_000
 
 
+def dress(headers: MutableHeaders, scope: Scope) -> None:
+    """Add the headers to an answer's own."""
+    for name, value in _ALWAYS.items():
+        headers.setdefault(name, value)
+    headers.setdefault("content-security-policy", PAGE_POLICY)
+    if not scope["path"].startswith("/static/"):
+        headers.setdefault("cache-control", "no-store")
+    if scope["scheme"] == "https":
+        headers.setdefault("strict-transport-security", f"max-age={_YEAR}")
+
+
 class SecurityHeaders:
     """Add the headers to every answer; an answer's own policy stays."""
 
@@ -42,14 +53,7 @@ class SecurityHeaders:
 
         async def dressed(message: Message) -> None:
             if message["type"] == "http.response.start":
-                headers = MutableHeaders(scope=message)
-                for name, value in _ALWAYS.items():
-                    headers.setdefault(name, value)
-                headers.setdefault("content-security-policy", PAGE_POLICY)
-                if not scope["path"].startswith("/static/"):
-                    headers.setdefault("cache-control", "no-store")
-                if scope["scheme"] == "https":
-                    headers.setdefault("strict-transport-security", f"max-age={_YEAR}")
+                dress(MutableHeaders(scope=message), scope)
             await send(message)
 
         await self.app(scope, receive, dressed)
