@@ -14,7 +14,7 @@ from pathlib import Path, PureWindowsPath
 from hdprog.data.numbers import is_number, may_hold_thousands
 from hdprog.data.row_parser import is_comment
 from hdprog.data.text_stream import decode, line_blocks, require_file
-from hdprog.data.text_table import column_sign
+from hdprog.data.text_table import column_sign, split_line
 from hdprog.errors import BadInputError
 
 __all__ = ["EVENTS", "RANGES", "DriveTest", "read_tests"]
@@ -207,13 +207,46 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
     if re.fullmatch(r"sep=.", lines[0].strip(), re.IGNORECASE):
         lines[0] = ""
     header = next((line for line in lines if line.strip() and not line.startswith("#")), ",")
-    reader = csv.reader((line + "\n" for line in lines), delimiter=column_sign(header))
+    sign = column_sign(header)
+    reader = csv.reader((line + "\n" for line in lines), delimiter=sign)
     rows: list[tuple[int, list[str]]] = []
+    last = 0
     for cells in reader:
+        first, last = last + 1, reader.line_num
+        if rows:
+            for row in range(first + 1, last + 1):
+                if _is_test(path, rows[0][1], split_line(lines[row - 1], sign)):
+                    raise _swallowed(path, first, row)
         texts = [cell.strip() for cell in cells]
         if any(texts) and not is_comment(texts, len(rows[0][1]) if rows else 0):
-            rows.append((reader.line_num, texts))
+            rows.append((last, texts))
     return rows
+
+
+def _is_test(path: Path, header: Sequence[str], cells: Sequence[str]) -> bool:
+    """Tell whether a line, such as one of several in a note, is a test: its file is there."""
+    texts = dict(zip(header, (cell.strip() for cell in cells), strict=False))
+    file, hours = texts.get("file", ""), texts.get("service_hours", "").replace(",", ".")
+    try:
+        return bool(file) and is_number(hours) and _place_of(path, file).is_file()
+    except (OSError, ValueError):  # a path that no file can have
+        return False
+
+
+def _swallowed(path: Path, first: int, row: int) -> BadInputError:
+    return _error(
+        path,
+        first,
+        f"a quotation mark that begins a cell and is not closed: row {row}, a test, would be a "
+        "part of that cell",
+        "every cell that begins with a quotation mark to end with one",
+        "Close the quotation, or remove the mark. A mark inside a quotation is written twice.",
+    )
+
+
+def _place_of(path: Path, text: str) -> Path:
+    """Return where a loop file lies; either slash parts folders."""
+    return path.parent / PureWindowsPath(text).as_posix()
 
 
 def _check_header(path: Path, row: int, header: list[str]) -> None:
@@ -289,7 +322,7 @@ def _loop_path(path: Path, row: int, text: str) -> Path:
     folder = path.parent
     windows = PureWindowsPath(text)
     inside = not windows.drive and not windows.root
-    found = folder / windows.as_posix()
+    found = _place_of(path, text)
     try:
         inside = inside and found.resolve().is_relative_to(folder.resolve())
     except (OSError, ValueError):  # a path that no file can have

@@ -141,6 +141,30 @@ def test_rows_that_are_wrong(folder: Path, row: str, words: str) -> None:
     assert words in message
 
 
+@pytest.mark.parametrize("mark", ['"5 mm shim', '"5"" shim, new', '#,"'])
+@pytest.mark.parametrize("closing", ["", '"greased"', 'replaced"'])
+def test_a_quotation_that_swallows_tests_is_refused(folder: Path, mark: str, closing: str) -> None:
+    """Tests behind it were left out without a word, and an event was taken for another test's."""
+    rows = [
+        "t01,loops/a.csv,0,," if mark[0] == '"' else "",
+        f"t02,loops/b.csv,10,,{mark}" if mark[0] == '"' else mark,
+        "t03,loops/a.csv,20,,",
+        f"t04,loops/b.csv,30,,{closing}",
+    ]
+    write(folder / "tests.csv", "\n".join(["test_id,file,service_hours,event,note", *rows]))
+    message = refused(folder)
+    assert "tests.csv, row 3: found a quotation mark that begins a cell" in message
+    assert "row 4, a test" in message
+
+
+def test_notes_of_several_lines_are_read(folder: Path) -> None:
+    notes = ['"cold\n1,2,3"', '"5"" shim\nloops/a.csv, 10\n"', '"\nt03,loops/none.csv,20,"']
+    rows = [f"t{n},loops/a.csv,{n},{note}" for n, note in enumerate(notes)]
+    write(folder / "tests.csv", "\n".join(["test_id,file,service_hours,note", *rows]))
+    read = [test.note for test in read_drive_folder(folder).tests]
+    assert read == ["cold\n1,2,3", '5" shim\nloops/a.csv, 10', "t03,loops/none.csv,20,"]
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
