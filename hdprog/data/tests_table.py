@@ -193,11 +193,18 @@ def _begun_again(path: Path, tests: Mapping[int, DriveTest]) -> list[BadInputErr
 def _tests_before(
     new: DriveTest, above: Sequence[DriveTest], every: Iterable[DriveTest]
 ) -> list[DriveTest]:
-    """Tests before a new drive's first: by date; without one the rows above, if in order."""
-    if new.date is not None:
-        return [test for test in every if test.date is not None and test.date < new.date]
+    """Tests before a new drive's first: by date; of its own day, and without dates, by row.
+
+    The rows above count where they are in order themselves, and more than one tells so.
+    """
+    day = new.date
+    before = [test for test in every if day and test.date is not None and test.date < day]
+    days = [test.date for test in above if test.date is not None]
+    if day is not None and days:
+        in_order = days == sorted(days) and days[0] < day
+        return before + [test for test in above if in_order and test.date == day]
     hours = [test.service_hours for test in above]
-    return list(above) if len(hours) > 1 and hours == sorted(hours) else []
+    return before + (list(above) if len(hours) > 1 and hours == sorted(hours) else [])
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:

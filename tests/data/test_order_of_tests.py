@@ -57,6 +57,14 @@ def test_contradictions_are_found(rows: list[tuple], doubtful: dict[str, str]) -
         ("a,0, b,500, n,0,,replaced, o,300", "500 of test b"),
         ("n,900,,replaced, b,500, a,0", None),
         ("b,500, n,0,,replaced", None),
+        # Both tests of the day on which the drive was replaced; the rows tell which came first.
+        ("a,0,2025-01-01, b,500,2025-02-01, n,10,2025-02-01,replaced", "500 of test b"),
+        ("o,20,2025-02-01, n,10,2025-02-01,replaced, b,5,2025-01-02, a,0,2025-01-01", None),
+        ("o,20,2025-02-01, n,10,2025-02-01,replaced", None),
+        ("o,90,, n,10,2025-03-01,replaced, b,500,2025-02-01", "500 of test b"),
+        # The new drive's tests alone have dates.
+        ("a,0, b,500, n,0,2025-03-01,replaced, o,300,2025-04-01", "500 of test b"),
+        ("a,0, b,500, n,510,2025-03-01,replaced, o,300,2025-04-01", None),
     ],
 )
 def test_a_new_drives_hours_go_on_from_the_old(
