@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import datetime
 import difflib
+import itertools
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -89,7 +90,7 @@ def read_tests(folder: Path) -> tuple[tuple[DriveTest, ...], tuple[BadInputError
     Returns
     -------
     tests : tuple of DriveTest
-        The sound rows, by service hours.
+        The sound rows, by service hours; of the same hours by date, else as they stand.
     problems : tuple of BadInputError
         One for each row that is wrong.
 
@@ -136,7 +137,20 @@ def read_tests(folder: Path) -> tuple[tuple[DriveTest, ...], tuple[BadInputError
         )
     problems += _thousands(path, tests, written)
     problems += _begun_again(path, tests)
-    return tuple(sorted(tests.values(), key=lambda test: test.service_hours)), tuple(problems)
+    return _in_order(tests.values()), tuple(problems)
+
+
+def _in_order(tests: Iterable[DriveTest]) -> tuple[DriveTest, ...]:
+    """Tests by service hours; those of the same hours by date where all have one, else by row."""
+    found: list[DriveTest] = []
+    by_hours = sorted(tests, key=lambda test: test.service_hours)
+    for _, group in itertools.groupby(by_hours, key=lambda test: test.service_hours):
+        same = list(group)
+        dates = {test.test_id: test.date for test in same if test.date is not None}
+        if len(dates) == len(same):
+            same.sort(key=lambda test: dates[test.test_id])
+        found += same
+    return tuple(found)
 
 
 def _thousands(

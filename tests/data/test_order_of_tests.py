@@ -47,6 +47,18 @@ def test_contradictions_are_found(rows: list[tuple], doubtful: dict[str, str]) -
         assert f"test {other} (" in found[name]
 
 
+def written(folder: Path, rows: str) -> Path:
+    """Folder with a tests.csv of rows "test_id,service_hours,date,event", and a file for all."""
+    write(folder / "a.csv", table())
+    lines = ["test_id,service_hours,date,event,file"]
+    for row in rows.split(", "):
+        name, hours, *rest = row.split(",")
+        day, event = [*rest, "", ""][:2]
+        lines.append(f"{name},{hours},{day},{event},a.csv")
+    write(folder / "tests.csv", "\n".join(lines) + "\n")
+    return folder
+
+
 @pytest.mark.parametrize(
     ("rows", "refused"),
     [
@@ -70,19 +82,30 @@ def test_contradictions_are_found(rows: list[tuple], doubtful: dict[str, str]) -
 def test_a_new_drives_hours_go_on_from_the_old(
     tmp_path: Path, rows: str, refused: str | None
 ) -> None:
-    write(tmp_path / "a.csv", table())
-    lines = ["test_id,service_hours,date,event,file"]
-    for row in rows.split(", "):
-        name, hours, *rest = row.split(",")
-        day, event = [*rest, "", ""][:2]
-        lines.append(f"{name},{hours},{day},{event},a.csv")
-    write(tmp_path / "tests.csv", "\n".join(lines) + "\n")
-    _, problems = read_tests(tmp_path)
+    _, problems = read_tests(written(tmp_path, rows))
     words = [str(problem) for problem in problems]
     assert len(words) == (refused is not None)
     if refused is not None:
         assert f"less than the {refused} before it" in words[0]
         assert "Add the old drive's last hours" in words[0]
+
+
+@pytest.mark.parametrize(
+    ("rows", "order"),
+    [
+        ("o,700,2025-04-01, n,500,2025-03-01,replaced, b,500,2025-02-01, a,0", "a b n o"),
+        ("a,0, b,500,2025-02-01, n,500,2025-03-01,replaced", "a b n"),
+        ("a,0, b,500,2025-02-01, n,500,2025-02-01,regreased", "a b n"),
+        ("a,0, b,500, n,500,2025-02-01,regreased, c,500,2025-01-01", "a b n c"),
+    ],
+)
+def test_tests_at_the_same_hours_are_in_the_order_of_their_dates(
+    tmp_path: Path, rows: str, order: str
+) -> None:
+    """In a table with the newest on top the old drive's last test was taken for the new one's."""
+    tests, problems = read_tests(written(tmp_path, rows))
+    assert problems == ()
+    assert [test.test_id for test in tests] == order.split()
 
 
 def test_check_and_run_tell_both_tests(tmp_path: Path) -> None:
