@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from hdprog.config import Drive, read_drive
+from hdprog.data.copied_records import copy_doubt
 from hdprog.data.drive_folder import require_drive_folder
 from hdprog.data.loads_of_tests import load_doubts
 from hdprog.data.loop import Loop
@@ -185,18 +186,11 @@ def _check_folder(
     for found in (order_doubts(tests), load_doubts(tests)):
         for name, doubt in found.items():
             notes.warning(name, doubt)
-    seen: dict[str, str] = {}
     for test in tests:
         loop = _check_loop(notes, test.test_id, test.path, columns, select, drive)
-        if loop is None:
-            continue
-        other = seen.setdefault(loop.sha256, test.test_id)
-        if other != test.test_id:
-            notes.warning(
-                test.test_id,
-                f"The file is the same as that of test {other}, byte by byte: check whether one "
-                "was copied in place of another.",
-            )
+        copied = copy_doubt(test, tests)
+        if loop is not None and copied is not None:
+            notes.warning(test.test_id, copied)
     return notes.report(path, "drive")
 
 

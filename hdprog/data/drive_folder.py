@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hdprog.config import Drive, read_drive
+from hdprog.data.copied_records import copy_doubt
 from hdprog.data.loads_of_tests import load_doubts
 from hdprog.data.loop import Loop
 from hdprog.data.order_of_tests import order_doubts
@@ -99,4 +100,7 @@ def read_test_loop(folder: DriveFolder, test: DriveTest) -> Loop:
     loop = read_loop(test.path, drive=folder.drive)
     found = (order_doubts(folder.tests), load_doubts(folder.tests))
     doubts = tuple(said[test.test_id] for said in found if test.test_id in said)
+    copied = copy_doubt(test, folder.tests)
+    if copied is not None:
+        doubts = (*doubts, copied)
     return loop.with_warnings(doubts) if doubts else loop

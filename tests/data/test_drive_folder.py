@@ -235,11 +235,30 @@ def test_check_of_a_folder_collects_all_problems(folder: Path) -> None:
     assert any("nothing can be forecast" in warning for warning in report.warnings)
 
 
-def test_check_of_a_folder_sees_a_copied_file(folder: Path) -> None:
+def copied(folder: Path) -> list[str]:
+    """Names of the tests that a run warns of as copies."""
+    found = read_drive_folder(folder)
+    return [
+        test.test_id
+        for test in found.tests
+        if any("same as that" in said for said in read_test_loop(found, test).warnings)
+    ]
+
+
+def test_check_and_run_see_a_copied_file(folder: Path) -> None:
+    assert copied(folder) == []
     (folder / "loops/b.csv").write_bytes((folder / "loops/a.csv").read_bytes())
     report = check_path(folder)
     assert report.ok
-    assert any("same as that of test t01" in warning for warning in report.warnings)
+    [warning] = [warning for warning in report.warnings if "same as that" in warning]
+    later, earlier = (test.test_id for test in reversed(read_drive_folder(folder).tests))
+    assert warning.startswith(f"{later}: The file is the same as that of test {earlier}, byte by")
+    assert copied(folder) == [later]
+
+
+def test_check_and_run_see_a_file_that_is_listed_twice(folder: Path) -> None:
+    write_hours(folder, ("0", "100", "200"))
+    assert copied(folder) == ["t1", "t2"]
 
 
 def test_check_of_a_folder_without_its_files(folder: Path) -> None:
