@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from hdprog.data.columns import find_columns, find_selection
+from hdprog.data.numbers import may_hold_thousands
 from hdprog.data.row_parser import Block, Layout, RowParser, is_comment, no_data
 from hdprog.errors import BadInputError
 
@@ -93,7 +94,9 @@ def _read(
     found = find_columns(headers, first[1], columns, where)
     selection = find_selection(headers, select, where)
     parser = RowParser(Layout(path.name, header_row, len(headers), found, selection), ".")
-    return parser.layout, parser.parse(_padded([first], len(headers), rows))
+    block = parser.parse(_padded([first], len(headers), rows))
+    parser.refuse_thousands()
+    return parser.layout, block
 
 
 def _open(path: Path) -> Workbook:
@@ -143,7 +146,11 @@ def _text(cell: object) -> str:
         return ""
     if isinstance(cell, datetime.datetime):
         return cell.isoformat()
-    return repr(cell) if isinstance(cell, float) else str(cell).strip()
+    if isinstance(cell, float):
+        # A point in a cell that is a number is a decimal sign; 1.206 as a text may be 1206.
+        text = repr(cell).removesuffix(".0")
+        return f"{text}0" if may_hold_thousands(text) else text
+    return str(cell).strip()
 
 
 def _padded(

@@ -239,6 +239,26 @@ def test_excel(tmp_path: Path) -> None:
         read_loop(path)
 
 
+@pytest.mark.parametrize("as_text", [True, False])
+def test_thousands_in_cells_of_text_are_refused(tmp_path: Path, as_text: bool) -> None:
+    """The same table as CSV was refused; here 1.206 mNm stood for 1206. A number is a number."""
+    openpyxl = pytest.importorskip("openpyxl")
+    torque = np.round(TORQUE / 40.0 * 900.0)
+    cells: list[float | str] = torque.tolist()
+    for index in np.flatnonzero(torque == 900.0):
+        cells[index] = "1.206" if as_text else 900.125
+    book = openpyxl.Workbook()
+    for row in [("torque_mNm", "angle_urad"), *zip(cells, (1e6 * ANGLE).tolist(), strict=True)]:
+        book.active.append(row)
+    path = tmp_path / "loop.xlsx"
+    book.save(path)
+    if as_text:
+        with pytest.raises(BadInputError, match=r"row 102, column 'torque_mNm': found '1\.206'"):
+            read_loop(path)
+        return
+    assert read_loop(path).torque.max() == pytest.approx(0.900125)
+
+
 @pytest.mark.parametrize("size", [b"A1", b"A1:B320"])
 def test_a_sheet_is_read_past_the_size_that_its_file_states(tmp_path: Path, size: bytes) -> None:
     # As some loggers write it, before the rows are there. 319 rows would still make a loop.
