@@ -147,7 +147,7 @@ def read_drive(path: str | Path) -> Drive:
             "the drive's file, drive.toml",
             "Give the path of a drive.toml or of the folder that holds it.",
         ) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # also of thousands of digits or brackets
         raise BadInputError(
             f"text that is not valid TOML ({error})",
             str(path),

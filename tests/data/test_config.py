@@ -136,7 +136,13 @@ def test_refusals_name_the_place_and_what_to_do(
 
 @pytest.mark.parametrize(
     ("text", "words"),
-    [(None, "no readable file"), (b"[drive\n", "not valid TOML"), (b"id = '\xff'", "saved as UTF")],
+    [
+        (None, "no readable file"),
+        (b"[drive\n", "not valid TOML"),
+        (b"id = '\xff'", "saved as UTF"),
+        (b"ratio = " + 5000 * b"1", "not valid TOML"),
+        (b"a = " + 5000 * b"[", "not valid TOML"),
+    ],
 )
 def test_files_that_are_no_drive(tmp_path: Path, text: bytes | None, words: str) -> None:
     path = tmp_path / "drive.toml"
