@@ -186,6 +186,24 @@ def test_tables_that_are_wrong(folder: Path, text: str, words: str) -> None:
     assert words in refused(folder)
 
 
+def test_further_columns_with_names_like_those_known_are_passed_over(folder: Path) -> None:
+    """They were taken for slips of the columns beside which they stand."""
+    further = ("max_torque_Nm", "motor_temperature_C", "rate", "notes")
+    known = "mean_torque_Nm,temperature_C,date,note"
+    text = "test_id,file,service_hours," + known + "," + ",".join(further)
+    write(folder / "tests.csv", text + "\nt01,loops/a.csv,0,3,20,,ok,9,60,,n\n")
+    [test] = read_drive_folder(folder).tests
+    assert (test.mean_torque_Nm, test.temperature_C, test.note) == (3.0, 20.0, "ok")
+    for name in further:
+        write(folder / "tests.csv", f"test_id,file,service_hours,{name}\nt01,loops/a.csv,0,3\n")
+        assert f"the column '{name}'" in refused(folder)
+    # Events in a column that is not read would be lost.
+    for known, name in (("note", "Note"), ("event", "events")):
+        header = f"test_id,file,service_hours,{known},{name}"
+        write(folder / "tests.csv", f"{header}\nt01,loops/a.csv,0,,replaced\n")
+        assert f"the column '{name}'" in refused(folder)
+
+
 def test_folders_that_are_none(folder: Path) -> None:
     assert "no such folder" in refused(folder / "none")
     assert "a file" in refused(folder / "tests.csv")
