@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 __all__ = ["read_text_table", "split_line"]
 
 _MOST_ODD_LINES = 10_000
+_MOST_HEADER_LINES = 20  # that headers with line breaks in their cells may take
+_QUOTED = re.compile(r'(?:^|(?<=[\t;|,])) *"(?:[^"]|"")*" *(?=$|[\t;|,])')
 _SHEET_ERRORS = tuple(error.encode() for error in SHEET_ERRORS)
 
 
@@ -41,12 +44,22 @@ def split_line(line: str, sign: str) -> list[str]:
     """Split one line into cells at a column sign; a space stands for any white space."""
     if sign == " ":
         line = " ".join(line.split())
-    return next(csv.reader([line], delimiter=sign), [])
+    return next(csv.reader([line], delimiter=sign, skipinitialspace=True), [])
 
 
 def column_sign(header: str) -> str:
-    """Return the sign between the columns of a header line; a space where there is none."""
-    return next((sign for sign in "\t;|," if sign in header), " ")
+    """Return the sign between the columns of a header line; a space where there is none.
+
+    What a cell has within quotation marks is no such sign.
+    """
+    plain = _QUOTED.sub("", header)
+    return next((sign for sign in "\t;|," if sign in plain), " ")
+
+
+def _in_quotation(line: str) -> bool:
+    """Tell whether a line ends within a cell that begins with a quotation mark."""
+    rest = _QUOTED.sub("", line)
+    return re.search(r'(?:^|[\t;|,]) *"', rest) is not None
 
 
 def read_text_table(
@@ -105,8 +118,11 @@ class _TextTable:
         """Yield the numbers of a block of lines; nothing before the first row of data."""
         start = 0
         while self.parser is None and start < len(text):
-            end = text.index(b"\n", start)
-            if not self._take_head_line(decode(text[start:end]).strip(" ")):
+            end = self._end_of_head_line(text, start)
+            # Line breaks in a header's cells are spaces, as far as its name and unit go.
+            lines = text[start:end].split(b"\n")
+            self.row += len(lines) - 1
+            if not self._take_head_line(decode(b" ".join(lines)).strip(" ")):
                 self.row += 1
                 start = end + 1
         text = text[start:]
@@ -119,6 +135,19 @@ class _TextTable:
         block = self._fast(text, self.parser)
         yield block if block is not None else self.parser.parse(self._cells(text))
         self.row += text.count(b"\n")
+
+    def _end_of_head_line(self, text: bytes, start: int) -> int:
+        """Find the end of a line before the data; a header's cells may run over several."""
+        end = last = text.index(b"\n", start)
+        line = decode(text[start:end])
+        if self.header is None and _in_quotation(line) and not self._is_comment(line):
+            for _ in range(_MOST_HEADER_LINES):
+                last = text.find(b"\n", last + 1)
+                if last < 0:
+                    break
+                if not _in_quotation(decode(text[start:last])):
+                    return last
+        return end
 
     def finished_layout(self) -> Layout:
         """Return the layout; refuse a file without header or row of data, and thousands."""

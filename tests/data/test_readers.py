@@ -65,6 +65,15 @@ READ_RIGHT: dict[str, Callable[[], bytes]] = {
         f"{n},{t:.9g},,{a:.9g},ok" for n, (t, a) in enumerate(zip(TORQUE, ANGLE, strict=True))
     )).encode(),
     "gzip": lambda: gzip.compress(table().encode()),
+    "line breaks in headers": lambda: table(
+        '"Torque\n[Nm]","Torsion angle\n\n[rad]"').replace("\n", "\r\n").encode(),
+    "signs between columns in a quoted header": lambda: (
+        "torque_Nm,angle_rad,\"speed; 'n', 5\"\" wheel\"\n"
+        + "\n".join(f"{row},1" for row in rows(TORQUE, ANGLE))).encode(),
+    "spaces before quotation marks": lambda: table('"torque_Nm", "angle_rad"').encode(),
+    "inches in a header, and a quotation without end": lambda: (
+        'torque_Nm,angle_rad,arm of 5",5" disc,"x\n'
+        + "\n".join(f"{row},1,2,3" for row in rows(TORQUE, ANGLE))).encode(),
     "spaces in cells": lambda: table().replace(",", " , ").encode(),
     "plus signs and exponents": lambda: ("torque_Nm,angle_rad\n" + "\n".join(
         f"{t:+.10e},{a:+.10E}" for t, a in zip(TORQUE, ANGLE, strict=True)
@@ -101,6 +110,12 @@ def test_units_become_si(tmp_path: Path, header: str, torque: float, angle: floa
 def with_column(header: str, cells: list[str]) -> str:
     lines = table().splitlines()
     return "\n".join(f"{line},{cell}" for line, cell in zip(lines, [header, *cells], strict=True))
+
+
+def test_rows_below_a_header_of_several_lines_are_named(tmp_path: Path) -> None:
+    text = "# rig\n" + table('"Torque\n[Nm]","Angle\n[rad]"') + "1,x\n"
+    with pytest.raises(BadInputError, match=rf"row {TORQUE.size + 5}, column 'Angle \[rad\]'"):
+        read_loop(write(tmp_path / "a.csv", text))
 
 
 def test_optional_columns(tmp_path: Path) -> None:
