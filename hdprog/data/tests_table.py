@@ -15,7 +15,7 @@ from pathlib import Path, PureWindowsPath
 from hdprog.data.numbers import is_number, may_hold_thousands
 from hdprog.data.row_parser import is_comment
 from hdprog.data.text_stream import decode, line_blocks, require_file
-from hdprog.data.text_table import column_sign, split_line
+from hdprog.data.text_table import column_sign, endless_cell, split_line
 from hdprog.errors import BadInputError
 
 __all__ = ["EVENTS", "RANGES", "DriveTest", "read_tests"]
@@ -232,15 +232,18 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
     reader = csv.reader((line + "\n" for line in lines), delimiter=sign)
     rows: list[tuple[int, list[str]]] = []
     last = 0
-    for cells in reader:
-        first, last = last + 1, reader.line_num
-        if rows:
-            for row in range(first + 1, last + 1):
-                if _is_test(path, rows[0][1], split_line(lines[row - 1], sign)):
-                    raise _swallowed(path, first, row)
-        texts = [cell.strip() for cell in cells]
-        if any(texts) and not is_comment(texts, len(rows[0][1]) if rows else 0):
-            rows.append((last, texts))
+    try:
+        for cells in reader:
+            first, last = last + 1, reader.line_num
+            if rows:
+                for row in range(first + 1, last + 1):
+                    if _is_test(path, rows[0][1], split_line(lines[row - 1], sign)):
+                        raise _swallowed(path, first, row)
+            texts = [cell.strip() for cell in cells]
+            if any(texts) and not is_comment(texts, len(rows[0][1]) if rows else 0):
+                rows.append((last, texts))
+    except csv.Error as error:
+        raise endless_cell(f"{path}, row {last + 1}") from error
     return rows
 
 

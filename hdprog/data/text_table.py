@@ -27,12 +27,13 @@ from hdprog.data.row_parser import (
     no_data,
 )
 from hdprog.data.text_stream import decode, line_blocks
+from hdprog.errors import BadInputError
 from hdprog.units import ISO_8601
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["read_text_table", "split_line"]
+__all__ = ["column_sign", "endless_cell", "read_text_table", "split_line"]
 
 _MOST_ODD_LINES = 10_000
 _MOST_HEADER_LINES = 20  # that headers with line breaks in their cells may take
@@ -45,6 +46,16 @@ def split_line(line: str, sign: str) -> list[str]:
     if sign == " ":
         line = " ".join(line.split())
     return next(csv.reader([line], delimiter=sign, skipinitialspace=True), [])
+
+
+def endless_cell(where: str) -> BadInputError:
+    """Return the error for a cell that is longer than Python's csv module takes."""
+    return BadInputError(
+        f"a cell of more than {csv.field_size_limit()} signs",
+        where,
+        "a table with a number or a short text in each cell",
+        "Close a quotation mark that is open there, or leave the long text out.",
+    )
 
 
 def column_sign(header: str) -> str:
@@ -167,10 +178,10 @@ class _TextTable:
                 self.sign = line[4]  # a hint for Excel, which it also writes
                 return False
             self.sign = self.sign or column_sign(line)
-            self.header = (self.row, split_line(line, self.sign))
+            self.header = (self.row, self._split(line, self.row))
             return False
         header_row, headers = self.header
-        first = split_line(line, self.sign or ",")
+        first = self._split(line, self.row)
         where = f"{self.name}, header in row {header_row}"
         found = find_columns(headers, first, self.columns, where)
         selection = find_selection(headers, self.select, where)
@@ -180,15 +191,22 @@ class _TextTable:
     def _cells(self, text: bytes) -> Iterator[tuple[int, list[str]]]:
         """Yield row number and cells of each line that is neither blank nor a comment."""
         for row, line in enumerate(text.decode().split("\n")[:-1], start=self.row):
-            if line.strip() and not self._is_comment(line):
-                yield row, split_line(line, self.sign or ",")
+            if line.strip() and not self._is_comment(line, row):
+                yield row, self._split(line, row)
 
-    def _is_comment(self, line: str) -> bool:
+    def _split(self, line: str, row: int) -> list[str]:
+        """Split a line at the file's column sign."""
+        try:
+            return split_line(line, self.sign or ",")
+        except csv.Error as error:
+            raise endless_cell(f"{self.name}, row {row}") from error
+
+    def _is_comment(self, line: str, row: int | None = None) -> bool:
         """Tell whether a line is a comment; above the header any line with # at its front is."""
         line = line.lstrip()
         if self.header is None or not line.startswith(SHEET_ERRORS):
             return line.startswith("#")
-        return is_comment(split_line(line, self.sign or ","), len(self.header[1]))
+        return is_comment(self._split(line, row or self.row), len(self.header[1]))
 
     def _fast(self, text: bytes, parser: RowParser) -> Block | None:
         """Read a block with pandas; None where `RowParser` has to decide."""
@@ -205,7 +223,7 @@ class _TextTable:
         if parser.decimal is None and b"." in text and sign == ",":
             parser.decimal = "."
         # The first line shows the decimal sign more often than not.
-        first_line = split_line(text.partition(b"\n")[0].decode(), sign)
+        first_line = self._split(text.partition(b"\n")[0].decode(), int(rows[0]))
         parser.parse([(int(rows[0]), first_line)])
         if parser.decimal is None and (b"." in text or (b"," in text and sign != ",")):
             return None

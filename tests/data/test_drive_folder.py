@@ -157,6 +157,14 @@ def test_a_quotation_that_swallows_tests_is_refused(folder: Path, mark: str, clo
     assert "row 4, a test" in message
 
 
+def test_a_note_without_end_is_refused_in_words(folder: Path) -> None:
+    rows = ["t01,loops/a.csv,0,", 't02,loops/b.csv,0,"shim', *9_000 * ["t03,loops/none.csv,0,"]]
+    write(folder / "tests.csv", "\n".join(["test_id,file,service_hours,note", *rows]))
+    message = refused(folder)
+    assert "tests.csv, row 3: found a cell of more than" in message
+    assert "Close a quotation mark" in message
+
+
 def test_notes_of_several_lines_are_read(folder: Path) -> None:
     notes = ['"cold\n1,2,3"', '"5"" shim\nloops/a.csv, 10\n"', '"\nt03,loops/none.csv,20,"']
     rows = [f"t{n},loops/a.csv,{n},{note}" for n, note in enumerate(notes)]

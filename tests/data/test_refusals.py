@@ -84,6 +84,22 @@ def test_a_failed_cell_of_a_spreadsheet_is_no_comment(
     assert len(read_loop(write(tmp_path / "a.csv", whole))) == TORQUE.size
 
 
+@pytest.mark.parametrize("cell", [200_000 * "x", '"' + 200_000 * "x" + '"'])
+def test_a_cell_without_end_is_refused_in_words(tmp_path: Path, cell: str) -> None:
+    """It ended as a mistake of the program."""
+    header = f"torque_Nm,angle_rad,{cell}\n1,2,3\n"
+    assert "row 1: found a cell of more than" in refused(write(tmp_path / "a.csv", header))
+    text = "torque_Nm,angle_rad,note\n" + "".join(f"{line},n\n" for line in LINES[1:])
+    for row in (2, 40):
+        lines = text.split("\n")
+        lines[row - 1] = lines[row - 1].removesuffix("n") + cell
+        path = write(tmp_path / "a.csv", "\n".join(lines))
+        if row == 2 or cell[0] == '"':
+            assert f"row {row}: found a cell of more than" in refused(path)
+        else:
+            assert len(read_loop(path)) == TORQUE.size  # of a text that is not read
+
+
 def test_rows_are_counted_as_an_editor_does(tmp_path: Path) -> None:
     text = "# one\r\n\r\n" + "\r\n".join([LINES[0], "# four", *LINES[1:30], "oops,1"])
     assert refused(write(tmp_path / "a.csv", text)).startswith("a.csv, row 34, column 'torque_Nm'")
