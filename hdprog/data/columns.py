@@ -122,6 +122,8 @@ def find_columns(
     if missing:
         raise _no_column(headers, missing, without_unit, where)
     if without_unit:
+        if _row_of_units(headers, first_row, without_unit):
+            raise _units_apart(headers, first_row, without_unit, where)
         raise _no_unit(without_unit, where)
     _refuse_shared(found, where)
     return tuple(found)
@@ -257,6 +259,37 @@ def _no_unit(without: Sequence[tuple[str, str]], where: str) -> BadInputError:
         "the unit in the header, like torque_Nm or Torque [Nm]",
         f"Add {_option({role: _example(role, header) for role, header in without})} with the "
         f"units that it was recorded in ({units}), or write them into the header.{leave_out}",
+    )
+
+
+def _row_of_units(
+    headers: Sequence[str], row: Sequence[str], without: Sequence[tuple[str, str]]
+) -> bool:
+    """Tell whether the row below the header gives units to all columns that lack one."""
+    return all(_unit_below(headers, row, header) is not None for _, header in without)
+
+
+def _unit_below(headers: Sequence[str], row: Sequence[str], header: str) -> Unit | None:
+    index = headers.index(header)
+    return find_unit(row[index].strip().strip("[]()")) if index < len(row) else None
+
+
+def _units_apart(
+    headers: Sequence[str],
+    row: Sequence[str],
+    without: Sequence[tuple[str, str]],
+    where: str,
+) -> BadInputError:
+    """Return the error for units in a row of their own: --columns alone would not do."""
+    units = [row[headers.index(header)].strip() for _, header in without]
+    examples = [
+        f"{header} [{unit.strip('[]()')}]" for (_, header), unit in zip(without, units, strict=True)
+    ]
+    return BadInputError(
+        f"a row of units below the header ({', '.join(units)})",
+        where,
+        "the units in the header itself, like torque_Nm or Torque [Nm]",
+        f"Write {' and '.join(examples)} there, and remove the row of units.",
     )
 
 

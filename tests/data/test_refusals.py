@@ -218,6 +218,20 @@ def test_headers(tmp_path: Path, header: str, words: list[str]) -> None:
         assert word in message
 
 
+@pytest.mark.parametrize("units", ["Nm,mrad", "[Nm],[mrad]", "(Nm), (mrad)"])
+def test_a_row_of_units_is_told_at_once(tmp_path: Path, units: str) -> None:
+    """--columns was proposed, with units of its own; the file was then refused for that row."""
+    text = f"Torque,Angle\n{units}\n" + "\n".join(LINES[1:])
+    message = refused(write(tmp_path / "a.csv", text))
+    assert message.startswith("a.csv, header in row 1: found a row of units below the header (")
+    assert "Write Torque [Nm] and Angle [mrad] there, and remove the row of units." in message
+    assert "--columns" not in message
+    # With a number there, or where not all lack it, nothing is a row of units.
+    for row in ("1,2", "Nm,2", "x,y"):
+        text = f"Torque,Angle\n{row}\n" + "\n".join(LINES[1:])
+        assert "--columns torque=Torque:Nm" in refused(write(tmp_path / "a.csv", text))
+
+
 def test_a_time_without_unit_can_be_given_one_or_left_out(tmp_path: Path) -> None:
     lines = [f"{line},{n}" for n, line in enumerate(LINES[1:])]
     path = write(tmp_path / "a.csv", "\n".join([LINES[0] + ",time", *lines]))
