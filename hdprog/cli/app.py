@@ -27,7 +27,8 @@ from hdprog.cli.worker import worker
 
 EPILOG = (
     "Exit codes: 0 done; 1 a mistake in hdprog; 2 wrong usage; 3 bad input, nothing written; "
-    "4 done, but a fit did not converge (the report says so); 130 interrupted."
+    "4 done, but a fit did not converge (the report says so); broken off: 129 its terminal closed, "
+    "130 interrupted, 141 nobody reads its output, 143 told to end."
 )
 
 app = typer.Typer(
@@ -76,3 +77,5 @@ for _command in _COMMANDS:
     app.command(epilog=EPILOG)(_command)
 for _name, _group in {"prior": prior, "user": user, "token": token, "store": store}.items():
     app.add_typer(_group, name=_name, epilog=EPILOG)
+    for _command_of_group in _group.registered_commands:
+        _command_of_group.epilog = EPILOG

@@ -74,8 +74,8 @@ class GuardedGroup(TyperGroup):
             raise typer.Exit(ExitCode.BROKEN_PIPE) from error
         except KeyboardInterrupt as error:
             typer.echo(
-                "Interrupted: nothing half-written was left behind. Run the command again to "
-                "start over.",
+                "Interrupted: nothing half-written was left behind. Run the command again: a fleet "
+                "keeps the drives that are finished, anything else starts over.",
                 err=True,
             )
             raise typer.Exit(ExitCode.INTERRUPTED) from error

@@ -40,7 +40,7 @@ def explain(
     angle_unit: AngleUnit = None,
     torque_unit: TorqueUnit = None,
 ) -> None:
-    """Trace a residual to the effect that the drive model lacks.
+    """Trace a residual to the effect that the model lacks.
 
     Refits with the effect and shows the error before and after. The tests of a drive folder are
     pooled. Writes explain.json, summary.json, report.html and the posteriors.

@@ -40,7 +40,7 @@ def fleet(
     quick: Quick = False,
     quiet: Quiet = False,
 ) -> None:
-    """Run every drive below a folder and list them, worst first.
+    """Run the drives below a folder and list them, worst first.
 
     Each drive goes through `hdprog run`. Writes drives/NAME/ for each, fleet.json and index.html.
     Drives whose results are there already, from the same files and options, are not run again;

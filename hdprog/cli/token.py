@@ -18,7 +18,7 @@ Name = Annotated[str, typer.Argument(metavar="NAME", help="Name of the program t
 def add(
     name: Name, role: Role = "engineer", data: Data = None, database: DatabaseUrl = None
 ) -> None:
-    """Make a token and print it, and nothing else; it is shown this once."""
+    """Make a token and print it alone; it is shown this once."""
     from hdprog.store import accounts
     from hdprog.store.audit import COMMAND_LINE
     from hdprog.store.store import open_store

@@ -84,6 +84,7 @@ def test_interrupt_ends_with_130(invoke: Invoke, workflow: Workflow, tmp_path: P
     shown = invoke("run", "drive")
     assert shown.exit_code == 130
     assert "Interrupted" in shown.stderr
+    assert "a fleet keeps the drives that are finished" in shown.stderr
     assert list(tmp_path.iterdir()) == []
 
 
