@@ -30,6 +30,7 @@ def dask_client(address: str) -> Iterator[Any]:
             "pip install 'hdprog[dask]'"
         ) from error
     try:
+        _require_host_and_port(address)
         client = Client(address, timeout="10s", set_as_default=False)
     except (OSError, ValueError) as error:
         raise UsageError(
@@ -38,3 +39,17 @@ def dask_client(address: str) -> Iterator[Any]:
         ) from error
     with client:
         yield client
+
+
+def _require_host_and_port(address: str) -> None:
+    """Refuse what is no address before a client is made of it, which would not end by itself.
+
+    Raises
+    ------
+    ValueError
+        for a scheme that Dask does not know, or an address without a port
+    """
+    from distributed.comm.addressing import get_address_host
+
+    if not address.startswith(("ws://", "wss://")):  # which have a port of their own
+        get_address_host(address)

@@ -197,6 +197,21 @@ def test_a_scheduler_that_does_not_answer_is_said(
         run(folder, tmp_path / "out", dask="tcp://nobody:8786")
 
 
+@pytest.mark.parametrize("address", ["nobody", "tcp://nobody", "tcp://nobody:port", "no://a:1"])
+def test_what_is_no_address_of_a_scheduler_makes_no_client(
+    address: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One that is half made waits 20 s at its end, and prints a traceback."""
+    distributed = pytest.importorskip("distributed")
+
+    def made(*_: object, **__: object) -> None:
+        raise AssertionError("a client was made")
+
+    monkeypatch.setattr(distributed, "Client", made)
+    with pytest.raises(UsageError, match=f"no scheduler at {address}"):
+        run(folder, tmp_path / "out", dask=address)
+
+
 def test_a_mistake_with_one_drive_leaves_the_others_their_list(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
