@@ -76,3 +76,20 @@ def test_every_operation_has_a_summary_and_its_refusals(served: tuple[TestClient
         assert one["description"]
         if one["tags"] != ["health"]:
             assert "401" in one["responses"]
+
+
+def test_what_an_upload_is_refused_without_is_required(served: tuple[TestClient, str]) -> None:
+    """Programs that are made of the document must not take service hours for optional."""
+    client, token = served
+    document = client.get("/api/v1/openapi.json").json()
+    upload = document["paths"]["/api/v1/drives/{drive_id}/tests"]["post"]
+    schema = upload["requestBody"]["content"]["multipart/form-data"]["schema"]
+    named = document["components"]["schemas"][schema["$ref"].rpartition("/")[2]]
+    assert {*schema["required"], *named["required"]} == {"file", "service_hours"}
+    answer = client.post(
+        "/api/v1/drives/known/tests",
+        files={"file": ("loop.csv", b"torque_Nm,angle_rad\n")},
+        headers={"authorization": f"Bearer {token}"},
+    )
+    assert answer.status_code == 422
+    assert "no service hours" in answer.json()["detail"]

@@ -18,6 +18,11 @@ from hdprog.web.service import service_of
 
 router = APIRouter(prefix="/api/v1", tags=["tests"])
 
+# A form without them is refused in words of ours, not of the form's reader, which would know.
+_HOURS_REQUIRED = {
+    "requestBody": {"content": {"multipart/form-data": {"schema": {"required": ["service_hours"]}}}}
+}
+
 
 async def one_file(request: Request, who: WritingProgram) -> None:
     """Refuse what would be let fall in silence: all files but the last.
@@ -45,6 +50,7 @@ async def one_file(request: Request, who: WritingProgram) -> None:
     status_code=202,
     responses=problems(400, 401, 403, 404, 413, 422, 507),
     dependencies=[Depends(one_file)],
+    openapi_extra=_HOURS_REQUIRED,
 )
 def upload_test(
     request: Request,
