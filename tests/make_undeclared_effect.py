@@ -4,7 +4,7 @@
 
 Four drive folders and a README. Loops come from the simulator in tests/independent, which shares no
 code with hdprog; shapes of the effects are its own, too. Everything random hangs on `SEED`. Each
-folder's truth.json says what was put in; hdprog does not read it.
+folder's truth.json says what was put in; `hdprog backtest` alone reads it.
 """
 
 from __future__ import annotations
@@ -337,7 +337,8 @@ it is 0.
   (standard deviation) is {torque_noise} Nm and {angle_noise} rad, their steps are 0.1 Nm and
   9.77e-6 rad; the zero of the angle is arbitrary.
 * `truth.json` holds the parameters, effects and sizes of every test and the service hours at which
-  the drive itself, effects apart, reaches each limit. hdprog does not read it.
+  the drive itself, effects apart, reaches each limit. `hdprog backtest` alone reads
+  it: it scores forecasts by these hours.
 """
 
 
