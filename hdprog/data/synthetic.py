@@ -22,7 +22,7 @@ RATED_TORQUE = 63.0
 ALPHA = math.radians(30.0)
 TORQUE_STEP, ANGLE_STEP = 0.1, 9.77e-6  # resolution of the published rig (Table 1)
 TORQUE_NOISE, ANGLE_NOISE = 0.03, 1.0e-5
-HORIZON = 20_000.0
+HORIZON = 20_000.0  # at least
 REMOUNTING = 0.01  # relative scatter of each parameter from one mounting to the next
 LIMITS: tuple[tuple[FigureRequest, str, float], ...] = (
     (FigureRequest("lost_motion_arcmin"), "above", 2.0),
@@ -32,7 +32,7 @@ LIMITS: tuple[tuple[FigureRequest, str, float], ...] = (
 _LOADING_RATE = 2.0  # Nm/s
 _DRIVE_TOML = """\
 [drive]
-id = "{name}"
+id = {name}
 model = "CSF-25-80"
 ratio = 80
 alpha_deg = 30.0
@@ -46,7 +46,7 @@ angle_resolution_rad = 9.77e-6
 file = "csf-25-80"
 {limits}
 [forecast]
-horizon_hours = 20000.0
+horizon_hours = {horizon:.1f}
 acceptable_risk = 0.05
 next_shutdown_hours = 1500.0
 """
@@ -181,7 +181,9 @@ def write_drive_folder(
     spacing = rng.uniform(0.8, 1.2, max(tests - 1, 1))
     at = np.concatenate([[0.0], np.cumsum(spacing) / spacing.sum() * hours])[:tests]
     at = np.round(at, 1)
-    grid = np.unique(np.concatenate([at, np.arange(0.0, HORIZON + 1, 5.0)]))
+    horizon = max(HORIZON, 2.0 * hours)  # past the last test, or a run would refuse the drive
+    step = 5.0 * max(1.0, horizon / 1e5)
+    grid = np.unique(np.concatenate([at, np.arange(0.0, horizon + 1, step)]))
     wear = SCENARIOS[scenario].course(grid, rng)
     course = worn_parameters(wear)
     _require_drives(course, hours)
@@ -216,13 +218,19 @@ def write_drive_folder(
             "remounting_scatter": REMOUNTING,
             "tests": truth_tests,
             "crossing_hours": _crossings(grid, course),
-            "horizon_hours": HORIZON,
+            "horizon_hours": horizon,
         }
         if added is not None:
             truth["effects"] = added.truth()
         limits = "".join(_limit_toml(*limit) for limit in LIMITS)
         (folder / "drive.toml").write_text(
-            _DRIVE_TOML.format(name=out.name, limits=limits), "utf-8"
+            _DRIVE_TOML.format(
+                # a string of JSON is one of TOML, but for DEL
+                name=json.dumps(out.name, ensure_ascii=False).replace("\x7f", "\\u007f"),
+                limits=limits,
+                horizon=horizon,
+            ),
+            "utf-8",
         )
         (folder / "tests.csv").write_text(
             "test_id,file,service_hours\n" + "\n".join(rows) + "\n", "utf-8"

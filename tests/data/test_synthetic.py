@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hdprog.data.check import check_path
 from hdprog.data.drive_folder import read_drive_folder, read_test_loop
 from hdprog.data.synthetic import measured_loop, torque_history, write_drive_folder
 from hdprog.data.wear_path import SCENARIOS
@@ -124,6 +125,17 @@ def test_the_crossing_hours_are_those_of_the_states(drive: Path) -> None:
 def test_a_healthy_drive_crosses_nothing(tmp_path: Path) -> None:
     truth = truth_of(simulated(tmp_path / "d", scenario="healthy", tests=2, hours=100.0))
     assert set(truth["crossing_hours"].values()) == {None}
+
+
+@pytest.mark.parametrize("name", ['we"ird', "back\\slash", "line\nbreak", "del\x7f", "Prüfstand 3"])
+@pytest.mark.parametrize("hours", [30_000.0, 120_000.0])
+def test_whatever_is_made_can_be_read(tmp_path: Path, name: str, hours: float) -> None:
+    """Such names made a drive.toml that is none, and such hours a horizon before the last test."""
+    made = simulated(tmp_path / name, scenario="healthy", tests=2, hours=hours)
+    drive = read_drive_folder(made).drive
+    assert (drive.id, drive.forecast.horizon_hours) == (name, 2.0 * hours)
+    assert truth_of(made)["horizon_hours"] == 2.0 * hours
+    assert check_path(made).ok
 
 
 def test_mounting_scatters_each_parameter_by_a_per_cent(drive: Path) -> None:
