@@ -108,6 +108,12 @@ class CentredLoop:
             inside = np.isfinite(density) & likelihood.supported(points)
         return np.where(inside, density, -np.inf)
 
+    def own_at(self, coordinates: FloatArray) -> FloatArray:
+        """Mode (k,) at coordinates (n,); of those that are counted from it, none."""
+        own = self.loop.own_at(coordinates)
+        own[self.centred] = 0.0
+        return own
+
     def _angle(self, points: FloatArray, coordinates: FloatArray) -> FloatArray:
         """What m hangs on: angle (draws, blocks) without the free effects, or with these at ẑ."""
         known = self.bare is not None and not self.bare.effects

@@ -80,6 +80,10 @@ class ExactLikelihood(Protocol):
         """
         ...
 
+    def own_at(self, coordinates: FloatArray) -> FloatArray:
+        """Mode (k,) of the test's own numbers at coordinates (n,)."""
+        ...
+
 
 class ExactEvidence(Protocol):
     """A test that knows its likelihood."""

@@ -105,6 +105,12 @@ class Test:
     own: Nuisances
     exact: ExactLikelihood | None
 
+    def own_at(self, met: FloatArray) -> FloatArray:
+        """Own numbers (k,) at their mode, given what the test met (n,)."""
+        if self.exact is None or not self.own.mean.size:
+            return self.own.mean
+        return self.exact.own_at(to_loop(met))
+
     def log_ratio_of_own(self, off: FloatArray, loop: FloatArray, own: FloatArray) -> FloatArray:
         """Log of the part of w (draws,) that a test's own numbers change; −inf without support.
 

@@ -38,6 +38,7 @@ _FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
 _LEARN = 5  # sweeps
 _FRESH = 4  # sweeps from one offer of fresh numbers to the next
 _LONG = np.array([0.5, 1.5, 5.0])  # strides along a path, in spreads of its place
+_HEATED, _HEAT = 4, 0.15  # rounds in which only so much of the log density counts
 _JUMPS = np.array([1.0, 3.0, 6.0])  # of a threshold, in its wear coordinate
 _NEAR_NONE = 3.0  # spreads of the Gaussian step, from where a threshold is all but none
 _FOLLOWED = 1  # how many shifts by other chains a sweep takes
@@ -93,11 +94,23 @@ class Chains:
         lately: list[Tangents] = []
         for number in range(_WARM_UP):
             self._share = min(1.0, _FIRST_SHARE ** (1.0 - number / _WEIGHING))
+            if number == _WEIGHING:
+                self._spread_out()
             self.sweep()
             lately.append(self._tangents)
             if number % _LEARN == _LEARN - 1:
                 self._learn_own(lately[-_LEARN:])
         self._share = 1.0
+
+    def _spread_out(self) -> None:
+        """Begin further apart than the posterior is along the paths.
+
+        The Gaussian step is narrower there; chains that begin in it agree long before they are as
+        wide as they should be.
+        """
+        for _ in range(_HEATED):
+            for path in self._paths:
+                self._go_along(path, _HEAT)
 
     def sweep(self) -> None:
         """Turn every test, then all; offer and vary hyperparameters; shift the tests."""
@@ -196,11 +209,12 @@ class Chains:
         """By how much the log weight (chains,) may fall, drawn for the share of it that counts."""
         return np.asarray(np.log(self._rng.uniform(size=chains)) / self._share)
 
-    def _go_along(self, path: RidgePath) -> None:
-        """Shift all tests along a path."""
+    def _go_along(self, path: RidgePath, heat: float = 1.0) -> None:
+        """Shift all tests along a path; `heat` as in `_go`."""
         rng, count = self._rng, len(self.deviates)
         by = path.spread * rng.choice(_LONG, count) * rng.standard_normal(count)
-        self._go(np.arange(count), path.shifts(self._tangents.states, by))
+        states = self._tangents.states
+        self._go(np.arange(count), path.shifts(states, by), path.own_shifts(states, by), heat)
 
     def _jump(self, place: int) -> None:
         """Let one test's threshold jump."""
@@ -248,17 +262,34 @@ class Chains:
             taken.append(self._go(half.ravel(), stride[:, None, None] * shift))
         return float(np.mean(taken))
 
-    def _go(self, rows: NDArray[np.intp], shift: FloatArray) -> float:
-        """Let some chains shift all tests' states (rows, tests, n); the share that does."""
-        states = self._tangents.states[rows] + shift
-        tangents = self._step.own_drawn(states, [self._numbers[rows, test] for test in self._own])
-        numbers = self._numbers[rows]
+    def _go(
+        self,
+        rows: NDArray[np.intp],
+        shift: FloatArray,
+        own_shift: Sequence[FloatArray] | None = None,
+        heat: float = 1.0,
+    ) -> float:
+        """Let some chains shift all tests' states (rows, tests, n); the share that does.
+
+        The tests' own numbers are shifted by (tests) of (rows, k), or follow as the Gaussian step
+        has them. Of the log density `heat` counts.
+        """
+        states, numbers = self._tangents.states[rows] + shift, self._numbers[rows]
+        if own_shift is None:
+            tangents = self._step.own_drawn(states, [numbers[:, test] for test in self._own])
+        else:
+            each = zip(self._tangents.nuisances, own_shift, strict=True)
+            tangents = Tangents(states, tuple(own[rows] + more for own, more in each))
+            for place, test in enumerate(self._step.tests):
+                numbers[:, self._own[place]] = test.own.deviates(
+                    states[:, place] - test.point, tangents.nuisances[place]
+                )
         numbers[:, : self._at.size] = self._at.numbers_of_states(states, rows)
         weight, met = self._at.log_weight(tangents, rows)
         # A shift leaves the volume as it is: what counts beside the weight is the numbers' density.
         gained = self._share * (weight - self._weight[rows])
         gained += _log_normal(numbers) - _log_normal(self._numbers[rows])
-        taken = np.flatnonzero(np.log(self._rng.uniform(size=len(rows))) < gained)
+        taken = np.flatnonzero(np.log(self._rng.uniform(size=len(rows))) < heat * gained)
         self._take(rows[taken], numbers[taken], tangents.rows(taken), weight[taken], met[taken])
         return len(taken) / len(rows)
 

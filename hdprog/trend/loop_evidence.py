@@ -95,6 +95,10 @@ class FittedLoop:
             return self, own
         return CentredLoop.of(self, centred, own, derivative[:, centred])
 
+    def own_at(self, coordinates: FloatArray) -> FloatArray:
+        """See `exact_likelihood.ExactLikelihood`."""
+        return self.nuisances(coordinates).mean
+
     def nuisances(self, coordinates: FloatArray) -> Nuisances:
         """Normal score of the initial slip's fraction, and what effects have beside amplitudes."""
         return self._settled(coordinates)[0]

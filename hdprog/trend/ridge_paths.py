@@ -5,7 +5,9 @@ the trend holds the tests together: what they leave open all tests have in commo
 posterior is many spreads long and bent, and a straight shift of all tests soon leaves it. A path
 is made of the joint modes of loops and trend given the mean of one coordinate over all tests, its
 place. From a state x with place κ to κ' the shift is M(κ') − M(κ), M the modes joined by straight
-pieces. The place is linear in x and the shift hangs on nothing else: volumes stay as they are.
+pieces. The place is linear in x and the shift hangs on nothing else: volumes stay as they are. The
+tests' own numbers go along, from their mode at M(κ) to that at M(κ'): where preload and friction
+share their product otherwise, a record begins at another place between its branches.
 """
 
 from __future__ import annotations
@@ -46,27 +48,35 @@ class RidgePath:
     share : (N,) of each number in the place
     places : (modes,) ascending
     tangents : (modes, N) the modes, on the tangents of the loops' ridges
+    own : (tests) of (modes, k) the tests' own numbers at the modes
     spread : of the place, by the modes' evidence
     """
 
     share: FloatArray
     places: FloatArray
     tangents: FloatArray
+    own: tuple[FloatArray, ...]
     spread: float
 
     def shifts(self, states: FloatArray, by: FloatArray) -> FloatArray:
         """Shifts (draws, tests, n) of states on the tangents that change places by (draws,)."""
-        places = states.reshape(len(states), -1) @ self.share
-        return np.asarray((self._at(places + by) - self._at(places)).reshape(states.shape))
+        return self._gone(self.tangents, states, by).reshape(states.shape)
 
-    def _at(self, places: FloatArray) -> FloatArray:
-        """(draws, N) modes at places (draws,); straight on past the ends."""
+    def own_shifts(self, states: FloatArray, by: FloatArray) -> list[FloatArray]:
+        """Shifts (tests) of (draws, k) of the tests' own numbers that go with `shifts`."""
+        return [self._gone(numbers, states, by) for numbers in self.own]
+
+    def _gone(self, modes: FloatArray, states: FloatArray, by: FloatArray) -> FloatArray:
+        """What numbers (modes, m) change by (draws, m) where places of states do by (draws,)."""
+        places = states.reshape(len(states), -1) @ self.share
+        return np.asarray(self._at(modes, places + by) - self._at(modes, places))
+
+    def _at(self, modes: FloatArray, places: FloatArray) -> FloatArray:
+        """(draws, m) numbers (modes, m) at places (draws,); straight on past the ends."""
         piece = np.clip(np.searchsorted(self.places, places) - 1, 0, len(self.places) - 2)
         start, end = self.places[piece], self.places[piece + 1]
         along = ((places - start) / (end - start))[:, None]
-        return np.asarray(
-            self.tangents[piece] + along * (self.tangents[piece + 1] - self.tangents[piece])
-        )
+        return np.asarray(modes[piece] + along * (modes[piece + 1] - modes[piece]))
 
 
 def ridge_paths(
@@ -148,13 +158,18 @@ def _path(step: GaussianStep, held: _Held, mode: JointMode, spread: float) -> Ri
     rising = _rising(tangents @ share, len(down), _RISE * spread)
     if rising.stop - rising.start < 2:
         return None
-    tangents, heights = tangents[rising], np.array([node.height for node in nodes[rising]])
+    nodes, tangents = nodes[rising], tangents[rising]
+    heights = np.array([node.height for node in nodes])
     places = tangents @ share
     # Each mode stands for the places that are nearer to it than to another.
     weight = np.exp(heights - heights.max()) * np.gradient(places)
     middle = weight @ places / weight.sum()
     wide = float(np.sqrt(weight @ (places - middle) ** 2 / weight.sum()))
-    return RidgePath(share, places, tangents, max(wide, spread))
+    own = tuple(
+        np.stack([test.own_at(node.points[number]) for node in nodes])
+        for number, test in enumerate(step.tests)
+    )
+    return RidgePath(share, places, tangents, own, max(wide, spread))
 
 
 def _one_way(

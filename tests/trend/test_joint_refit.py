@@ -138,7 +138,7 @@ def test_paths_that_do_not_leave_volumes_as_they_are_would_be_noticed(
 
     def drawn_in(path: RidgePath, states: np.ndarray, by: np.ndarray) -> np.ndarray:
         flat = states.reshape(len(states), -1)
-        away = flat - path._at(flat @ path.share)
+        away = flat - path._at(path.tangents, flat @ path.share)
         return right(path, states, by) - 0.05 * away.reshape(states.shape)
 
     monkeypatch.setattr(RidgePath, "shifts", drawn_in)
