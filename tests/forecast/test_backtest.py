@@ -23,7 +23,7 @@ from hdprog.forecast.backtest_pool import (
     lateness,
 )
 from hdprog.forecast.crossing import Crossing
-from hdprog.forecast.limits import Margins
+from hdprog.forecast.limits import Margins, request_of
 from hdprog.forecast.what_came import (
     SeenTest,
     first_passing,
@@ -33,10 +33,11 @@ from hdprog.forecast.what_came import (
     what_came,
 )
 from hdprog.physics.figures import Operation
+from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.trend import cold_and_hot
-from tests.trend.stand_in import ALPHA, PRIOR, wearing_drive
+from tests.trend.stand_in import ALPHA, NEW, PRIOR, WEAR, wearing_drive
 
 OPERATION = Operation(ALPHA, 63.0, 63.0)
 LOST = Limit("lost_motion_arcmin", 2.0, "above")
@@ -209,15 +210,20 @@ def test_a_later_test_is_predicted_as_warm_as_it_was(monkeypatch: pytest.MonkeyP
     trend = fit_trend(tests[:-1], PRIOR, wear, np.random.default_rng(3), quick=True)
     monkeypatch.setattr(backtest, "fit_trend", lambda *_, **__: trend)
     predicted = []
+    # What mounting adds to the last test speaks for one or the other: its width is the true one.
+    friction = cold_and_hot.CHANGE * (35.0 - 25.0) / 10.0 * np.eye(8)[cold_and_hot.MU]
+    state = NEW + WEAR * cold_and_hot.REACHED[-1] + friction
+    true = figure_paths(request_of(width), state[None, None], PRIOR, OPERATION)[0]
     for warm in (35.0, 15.0, None):
-        told = [*seen[:-1], dataclasses.replace(seen[-1], temperature_C=warm)]
+        last = dataclasses.replace(seen[-1], temperature_C=warm, figures={width.key: true})
+        told = [*seen[:-1], last]
         seed = np.random.SeedSequence(3)
         scored = score_origin(tests[:-1], told, drive, PRIOR, wear, OPERATION, None, seed)
         predicted.append(scored.figures[0])
     hot, cold, unknown = predicted
     # The same forecast, told at other temperatures: 20 K are a fifth of the width.
     assert hot.quantiles[0.5] == pytest.approx(0.82 * cold.quantiles[0.5], rel=0.05)
-    assert hot.crps < min(cold.crps, unknown.crps)
+    assert hot.crps < 0.8 * min(cold.crps, unknown.crps)
     spread = [one.quantiles[0.95] - one.quantiles[0.05] for one in predicted]
     assert spread[2] > max(spread[:2])
 
