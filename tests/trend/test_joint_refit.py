@@ -35,7 +35,7 @@ from tests.trend.two_tests import (
     with_a_count,
 )
 
-LONG = Effort(400, 400, 0.0, 0.0)
+LONG = Effort(300, 300, 0.0, 0.0)
 SHORT = Effort(150, 150, 0.0, 0.0)  # enough for a fault to show
 
 
