@@ -8,9 +8,10 @@ states let go (interweaving, Yu & Meng, J. Comput. Graph. Stat. 20 (2011) 531).
 
 And it shifts tests by Metropolis steps: no loop knows where on its ridge it lies, and a slice in
 all dimensions at once hardly moves there; chains without shifts agree with each other and are too
-narrow. They go along paths of joint modes (see `ridge_paths`); from a threshold of the teeth to
-another (see `threshold_jump`); and by how far two other chains lie apart, in the ridge coordinates
-of cup and teeth or of friction, test by test or in the mean of all, or in everything.
+narrow. They go along paths of joint modes, and turn beside them (see `ridge_paths`); from a
+threshold of the teeth to another (see `threshold_jump`); and by how far two other chains lie apart,
+in the ridge coordinates of cup and teeth or of friction, test by test or in the mean of all, or in
+everything.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.gaussian_step import GaussianStep, Tangents
 from hdprog.trend.hyperparameters import HyperparameterDraws
 from hdprog.trend.ridge_frames import parts
-from hdprog.trend.ridge_paths import RidgePath
+from hdprog.trend.ridge_paths import RidgePath, Shift
 from hdprog.trend.threshold_jump import jumped
 from hdprog.trend.trend_density import believed
 from hdprog.trend.written_out import WrittenOut, with_rows
@@ -38,6 +39,7 @@ _FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
 _LEARN = 5  # sweeps
 _FRESH = 4  # sweeps from one offer of fresh numbers to the next
 _LONG = np.array([0.5, 1.5, 5.0])  # strides along a path, in spreads of its place
+_ANGLES = np.array([0.1, 0.3, 1.0])  # rad, of turns beside a path; each by half either way
 _HEATED, _HEAT = 4, 0.15  # rounds in which only so much of the log density counts
 _JUMPS = np.array([1.0, 3.0, 6.0])  # of a threshold, in its wear coordinate
 _NEAR_NONE = 3.0  # spreads of the Gaussian step, from where a threshold is all but none
@@ -126,6 +128,8 @@ class Chains:
             self._vary_hyperparameters()
         for path in self._paths:
             self._go_along(path)
+            if path.turns:
+                self._turn_beside(path)
         for test in self._may_have_none:
             self._jump(test)
         for place in self._rng.permutation(len(self._parts))[:_FOLLOWED]:
@@ -213,8 +217,22 @@ class Chains:
         """Shift all tests along a path; `heat` as in `_go`."""
         rng, count = self._rng, len(self.deviates)
         by = path.spread * rng.choice(_LONG, count) * rng.standard_normal(count)
-        states = self._tangents.states
-        self._go(np.arange(count), path.shifts(states, by), path.own_shifts(states, by), heat)
+        self._go_by(path.along(self._tangents.states, by), heat)
+
+    def _turn_beside(self, path: RidgePath) -> None:
+        """Turn all tests about where they are on a path."""
+        rng, count = self._rng, len(self.deviates)
+        angle = rng.choice(_ANGLES, count) * rng.uniform(0.5, 1.5, count)
+        fresh = rng.standard_normal((count, path.beside.shape[1]))
+        self._go_by(path.turned(self._tangents.states, fresh, angle))
+
+    def _go_by(self, shift: Shift, heat: float = 1.0) -> None:
+        """Let all chains shift; how far they are from the modes, the tests' own numbers follow."""
+        own = [
+            at_mode + shift.beside[:, place] @ test.own.slope.T
+            for place, (test, at_mode) in enumerate(zip(self._step.tests, shift.own, strict=True))
+        ]
+        self._go(np.arange(len(self.deviates)), shift.states, own, shift.log_volume, heat)
 
     def _jump(self, place: int) -> None:
         """Let one test's threshold jump."""
@@ -267,29 +285,27 @@ class Chains:
         rows: NDArray[np.intp],
         shift: FloatArray,
         own_shift: Sequence[FloatArray] | None = None,
+        log_volume: FloatArray | float = 0.0,
         heat: float = 1.0,
     ) -> float:
         """Let some chains shift all tests' states (rows, tests, n); the share that does.
 
         The tests' own numbers are shifted by (tests) of (rows, k), or follow as the Gaussian step
-        has them. Of the log density `heat` counts.
+        has them. A shift stretches volumes by `log_volume` (rows,). Of the log density `heat`
+        counts.
         """
-        states, numbers = self._tangents.states[rows] + shift, self._numbers[rows]
+        states, at = self._tangents.states[rows] + shift, self._at
         if own_shift is None:
-            tangents = self._step.own_drawn(states, [numbers[:, test] for test in self._own])
+            tangents = self._step.own_drawn(states, [self._numbers[rows][:, n] for n in self._own])
         else:
             each = zip(self._tangents.nuisances, own_shift, strict=True)
             tangents = Tangents(states, tuple(own[rows] + more for own, more in each))
-            for place, test in enumerate(self._step.tests):
-                numbers[:, self._own[place]] = test.own.deviates(
-                    states[:, place] - test.point, tangents.nuisances[place]
-                )
-        numbers[:, : self._at.size] = self._at.numbers_of_states(states, rows)
-        weight, met = self._at.log_weight(tangents, rows)
-        # A shift leaves the volume as it is: what counts beside the weight is the numbers' density.
+        numbers = at.numbers_of(tangents, rows)
+        weight, met = at.log_weight(tangents, rows)
         gained = self._share * (weight - self._weight[rows])
         gained += _log_normal(numbers) - _log_normal(self._numbers[rows])
-        taken = np.flatnonzero(np.log(self._rng.uniform(size=len(rows))) < heat * gained)
+        height = heat * gained + log_volume
+        taken = np.flatnonzero(np.log(self._rng.uniform(size=len(rows))) < height)
         self._take(rows[taken], numbers[taken], tangents.rows(taken), weight[taken], met[taken])
         return len(taken) / len(rows)
 

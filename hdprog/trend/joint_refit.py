@@ -32,6 +32,9 @@ _WEIGHTED = 4000
 _EVERY = 2  # of the sweeps is kept
 RHAT_LIMIT = 1.1
 """On a hundred effective draws R-hat itself scatters by some hundredths."""
+_MOST_REMEMBERED = 0.4
+"""Correlation of where chains are with where they were at first. Of a hundred chains that have
+forgotten it, the highest of twenty quantities is about 0.2."""
 _FEWEST_EFFECTIVE = 1000.0  # weighted draws: k of 4 000 scatters by 0.15, and low ones are no proof
 
 
@@ -39,9 +42,10 @@ _FEWEST_EFFECTIVE = 1000.0  # weighted draws: k of 4 000 scatters by 0.15, and l
 class Effort:
     """How long to sample: sweeps at first, the bound of sweeps, the ESS that ends them.
 
-    They grow by a quarter of the first ones; without any, nothing is sampled. Draws at the bound
-    are trusted with `least` effective ones. There are four groups of `chains`, in `parts` that may
-    run side by side, whatever the cores: the draws depend on it.
+    They grow by a quarter of the first ones, until that is reached and chains have forgotten where
+    they began; without any, nothing is sampled. Draws at the bound are trusted with `least`
+    effective ones. There are four groups of `chains`, in `parts` that may run side by side,
+    whatever the cores: the draws depend on it.
     """
 
     sweeps: int
@@ -193,13 +197,28 @@ def _sampled(
         runs = [part.result() for part in parts]
         deviates.append(np.concatenate([run.deviates for run in runs], axis=1))
         measured.append(np.concatenate([run.measured for run in runs], axis=1))
-        found = _diagnosed(np.concatenate(deviates), np.concatenate(measured), pareto_k, effort)
+        kept = np.concatenate(deviates), np.concatenate(measured)
+        found = _diagnosed(*kept, pareto_k, effort)
         enough = found.converged and (found.ess or 0.0) >= effort.ess
+        enough &= _remembered(*kept) < _MOST_REMEMBERED
         if enough or sweeps >= effort.largest_sweeps:
             return found
         further = min(effort.sweeps // 4, effort.largest_sweeps - sweeps)
         parts = [begin(executor, _run_on, run.chains, further) for run in runs]
         sweeps += further
+
+
+def _remembered(deviates: FloatArray, measured: FloatArray) -> float:
+    """Highest correlation, over all chains, of where they are with where they were at first.
+
+    R-hat and effective draws hardly tell chains that stand still, for there are many. Parameters
+    as in `_diagnosed`.
+    """
+    both = np.concatenate([deviates, measured[:, :, -1]], axis=-1)[[0, -1]]
+    off = both - both.mean(axis=1, keepdims=True)
+    size = np.sqrt(np.sum(off**2, axis=1))
+    with np.errstate(invalid="ignore"):
+        return float(np.nanmax(np.sum(off[0] * off[1], axis=0) / np.prod(size, axis=0)))
 
 
 def _diagnosed(deviates: FloatArray, measured: FloatArray, pareto_k: float, effort: Effort) -> Met:

@@ -101,12 +101,12 @@ class WrittenOut:
         states = (self.centre + away).reshape(len(numbers), len(self.step.tests), -1)
         return self.step.own_drawn(states, [numbers[:, own] for own in self.own])
 
-    def numbers_of(self, tangents: Tangents) -> FloatArray:
-        """The numbers (draws, numbers) that make these draws."""
+    def numbers_of(self, tangents: Tangents, rows: NDArray[np.intp] | None = None) -> FloatArray:
+        """The numbers (draws, numbers) that make these draws; rows as in `log_weight`."""
         states, own = tangents.states, []
         for place, (test, met) in enumerate(zip(self.step.tests, tangents.nuisances, strict=True)):
             own.append(test.own.deviates(states[:, place] - test.point, met))
-        return np.hstack([self.numbers_of_states(states), *own])
+        return np.hstack([self.numbers_of_states(states, rows), *own])
 
     def numbers_of_states(
         self, states: FloatArray, rows: NDArray[np.intp] | None = None
