@@ -54,7 +54,7 @@ def test_from_soft_and_from_stiff_cups_they_come_to_one_place(
     path = next(one for one in paths if one.share[K_F])
     middle = np.stack([test.point for test in nearly_new.step.tests])[None]
     ends = [
-        (middle + path.shifts(middle, np.array([way * FAR * path.spread])))[0]
+        (middle + path.along(middle, np.array([way * FAR * path.spread])).states)[0]
         for way in (-1.0, 1.0)
     ]
     low, high = (cups(nearly_new, end, paths if along else ()) for end in ends)

@@ -73,11 +73,12 @@ def fallen(step: GaussianStep, path: RidgePath, together: bool) -> float:
     points = np.stack([test.point for test in step.tests])
     states = np.repeat(points[None], 3, axis=0)
     by = np.array([-1.0, 0.0, 1.0]) * path.spread
-    there = states + path.shifts(states, by)
+    shift = path.along(states, by)
+    there = states + shift.states
     drawn = step.own_drawn(there, [np.zeros((3, test.own.mean.size)) for test in step.tests])
     if together:
         still = step.own_drawn(states, [np.zeros((3, test.own.mean.size)) for test in step.tests])
-        each = zip(still.nuisances, path.own_shifts(states, by), strict=True)
+        each = zip(still.nuisances, shift.own, strict=True)
         drawn = Tangents(there, tuple(own + more for own, more in each))
     met, _ = step._onto_ridges(there)
     total = np.zeros(3)
