@@ -22,6 +22,7 @@ from hdprog.explanation import (
     Origin,
     Verdict,
 )
+from hdprog.inference.effect_starts import unmet
 from hdprog.inference.posterior import Posterior
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.base import Effect
@@ -52,7 +53,10 @@ def explain_drive(
         name: _sizes_of_unknown(tests) if name == UNKNOWN else _sizes(name, after, hours)
         for name in names
     }
-    found = [_pooled_effect(name, traced, closed, sizes[name], events) for name in names]
+    found = [
+        _pooled_effect(name, traced, closed, _where_shown(name, sizes[name], after), events)
+        for name in names
+    ]
     found.sort(key=lambda effect: (effect.id == UNKNOWN, -effect.share))
     return DriveExplanation(
         verdict=_verdict(set(names)),
@@ -88,11 +92,12 @@ def brought_by_wear(
     posteriors, hours : one a test, by service hours
     events : before each test, as declared
     """
-    return tuple(
-        effect
-        for effect in lasting_effects(posteriors)
-        if origin_of(_sizes(effect.id, posteriors, hours), events) == "wear"
-    )
+    found = []
+    for effect in lasting_effects(posteriors):
+        sizes = _sizes(effect.id, posteriors, hours)
+        if origin_of(_where_shown(effect.id, sizes, posteriors), events) == "wear":
+            found.append(effect)
+    return tuple(found)
 
 
 def _sizes(name: str, posteriors: Sequence[Posterior], hours: Sequence[float | None]) -> FloatArray:
@@ -115,6 +120,15 @@ def _sizes_of_unknown(tests: Sequence[Explanation]) -> FloatArray:
     return rows
 
 
+def _where_shown(name: str, sizes: FloatArray, posteriors: Sequence[Posterior]) -> FloatArray:
+    """The same sizes, NaN where a record cannot show the effect: it does not say it is absent."""
+    found = sizes.copy()
+    for row, posterior in zip(found, posteriors, strict=True):
+        if name != UNKNOWN and unmet(BY_ID[name], posterior.likelihood.reduced.course):
+            row[1:] = np.nan
+    return found
+
+
 def origin_of(sizes: FloatArray, events: Sequence[str | None]) -> Origin:
     """Whether an effect belongs to the rig (the same in all tests) or grows with wear.
 
@@ -123,7 +137,8 @@ def origin_of(sizes: FloatArray, events: Sequence[str | None]) -> Origin:
 
     Parameters
     ----------
-    sizes : (tests, 4) service hours and 5 %, 50 %, 95 % of the effect's size
+    sizes : (tests, 4) service hours and 5 %, 50 %, 95 % of the effect's size; NaN where a test
+        cannot show the effect
     events : before each test, as declared
     """
     replaced = [at for at, event in enumerate(events) if event == "replaced" and at > 0]
@@ -139,9 +154,12 @@ def _along_hours(sizes: FloatArray) -> Origin:
     A line through the sizes over service time, weighted by their errors and a scatter of 15 % from
     test to test: growth by half at more than three standard errors is wear; no slope, in at least
     four of five tests, is the rig. A test without the effect says that it is absent no better than
-    the others say how large it is.
+    the others say how large it is, and one that cannot show it says nothing.
     """
-    if len(sizes) < _FEWEST_TESTS or not np.isfinite(sizes).all() or np.ptp(sizes[:, 0]) == 0:
+    if not np.isfinite(sizes[:, 0]).all():
+        return "unclear"
+    sizes = sizes[np.isfinite(sizes[:, 2])]
+    if len(sizes) < _FEWEST_TESTS or np.ptp(sizes[:, 0]) == 0:
         return "unclear"
     hours, size = sizes[:, 0] / sizes[:, 0].max(), sizes[:, 2]
     present = size > 0

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 
-from hdprog.discovery.drive import origin_of
+from hdprog.discovery.drive import brought_by_wear, origin_of
+from hdprog.inference.posterior import Posterior
 from hdprog.physics.parameters import FloatArray
 
 HOURS = np.linspace(0.0, 3600.0, 8)
@@ -80,3 +84,43 @@ def test_what_grows_on_one_drive_is_wear_whatever_the_other_has(course: list[flo
 
 def test_a_rig_is_the_same_for_both_drives() -> None:
     assert origin_of(sizes(np.full(8, 6e-5), np.full(8, 3e-6)), REPLACED) == "rig"
+
+
+def posterior(lowest: float, size: float) -> Posterior:
+    """Of a record from this torque to 60 Nm, in which play moves the angle by so much, in rad."""
+    torque = np.linspace(lowest, 60.0, 40)
+    course = SimpleNamespace(
+        path=SimpleNamespace(torque=torque, starts=np.array([0, 20])),
+        scales=SimpleNamespace(torque=60.0, sweep=None),
+        time=None,
+        rate=None,
+    )
+    moved = size * np.sign(torque - torque.mean()) * np.ones((20, 1))
+    return cast(
+        Posterior,
+        SimpleNamespace(
+            effects=("backlash",) if size > 0 else (),
+            likelihood=SimpleNamespace(reduced=SimpleNamespace(course=course)),
+            without_effect=lambda name, draws: (moved, np.zeros_like(moved)),
+        ),
+    )
+
+
+@pytest.mark.parametrize(("lowest", "worn"), [(0.0, False), (-60.0, True)])
+def test_a_test_that_cannot_show_an_effect_does_not_say_that_it_came(
+    lowest: float, worn: bool
+) -> None:
+    """Play of the rig, loaded to one side in the first four tests: it had begun with the fifth."""
+    tests = [posterior(lowest, 0.0)] * 4 + [posterior(-60.0, 6e-5)] * 4
+    found = [effect.id for effect in brought_by_wear(tests, HOURS.tolist(), NOTHING)]
+    assert found == (["backlash"] if worn else [])
+
+
+def test_what_cannot_be_shown_by_some_tests_is_judged_by_the_others() -> None:
+    rig, grown = np.full(8, 6e-5), np.concatenate([np.zeros(4), [1e-5, 3e-5, 6e-5, 9e-5]])
+    for course, origin in ((rig, "rig"), (grown, "wear")):
+        found = sizes(course, np.full(8, 2e-6))
+        found[:4, 1:] = np.nan
+        assert origin_of(found, NOTHING) == origin
+    found[:6, 1:] = np.nan
+    assert origin_of(found, NOTHING) == "unclear"
