@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 
 from hdprog.discovery.forward_step import Step
 from hdprog.discovery.model import Model
+from hdprog.discovery.pooling import THRESHOLD
 from hdprog.discovery.sharing import gain_of_steps
 
 _AS_GOOD = 3.0  # log evidence: odds of twenty to one
@@ -20,8 +21,9 @@ _SHAPES = frozenset({"backlash", "asymmetry", "cup_hardening", "tooth_damage", "
 def indistinguishable(steps: Sequence[Step], chosen: str) -> tuple[str, ...]:
     """Effects that would have done as well as the chosen one.
 
-    Those within a log evidence of 3 over all records, and those whose error is within 3 % of what
-    the chosen one explains: so well the true shape of a mechanism is hardly ever known.
+    Those within a log evidence of 3, and those whose error is within 3 % of what the chosen one
+    explains: so well the true shape of a mechanism is hardly ever known. Over the records that can
+    show both, where these by themselves show the chosen one: the others cannot tell them apart.
 
     Parameters
     ----------
@@ -33,18 +35,17 @@ def indistinguishable(steps: Sequence[Step], chosen: str) -> tuple[str, ...]:
     ids, the best first
     """
     steps = [step for step in steps if chosen in step.models]
-    evidence = {}
-    alike = []
+    ahead: dict[str, float] = {}
     for name in {name for step in steps for name in step.models} - {chosen}:
-        if not all(name in step.models for step in steps):
+        both = [step for step in steps if name in step.models]
+        best, evidence = (gain_of_steps(one, both)[0] for one in (chosen, name))
+        if len(both) < len(steps) and best < THRESHOLD:
             continue
-        evidence[name] = gain_of_steps(name, steps)[0]
-        explained = _drop(steps, chosen)
-        if evidence[name] > _AS_GOOD and _drop(steps, name) > (1 - _ALIKE) * explained:
-            alike.append(name)
-    best = gain_of_steps(chosen, steps)[0]
-    close = [name for name, value in evidence.items() if value > max(best - _AS_GOOD, 0.0)]
-    return tuple(sorted({*close, *alike}, key=lambda name: -evidence[name]))
+        close = evidence > max(best - _AS_GOOD, 0.0)
+        alike = evidence > _AS_GOOD and _drop(both, name) > (1 - _ALIKE) * _drop(both, chosen)
+        if close or alike:
+            ahead[name] = evidence - best
+    return tuple(sorted(ahead, key=lambda name: -ahead[name]))
 
 
 def _drop(steps: Sequence[Step], name: str) -> float:
