@@ -33,6 +33,7 @@ _GROWN = 1.5  # times over the tests: less may be the scatter of remounting
 _SCATTER = 0.15  # of an effect's size from test to test that is no growth
 _CLEAR = 3.0  # standard errors of the slope
 _NONE = 2.0
+_TAKEN_APART = ("regreased", "reassembled")
 _COMMON = 0.8  # share of the tests that carry an effect of the rig
 
 
@@ -87,6 +88,8 @@ def brought_by_wear(
 ) -> tuple[Effect, ...]:
     """Lasting effects of the steady cycle that grow over the tests of a drive.
 
+    Those that came as it was taken apart or regreased among them: the trend has a step there.
+
     Parameters
     ----------
     posteriors, hours : one a test, by service hours
@@ -94,8 +97,8 @@ def brought_by_wear(
     """
     found = []
     for effect in lasting_effects(posteriors):
-        sizes = _sizes(effect.id, posteriors, hours)
-        if origin_of(_where_shown(effect.id, sizes, posteriors), events) == "wear":
+        sizes = _where_shown(effect.id, _sizes(effect.id, posteriors, hours), posteriors)
+        if any(_along_hours(life) == "wear" for life, _ in _lives(sizes, events)):
             found.append(effect)
     return tuple(found)
 
@@ -133,7 +136,8 @@ def origin_of(sizes: FloatArray, events: Sequence[str | None]) -> Origin:
     """Whether an effect belongs to the rig (the same in all tests) or grows with wear.
 
     Wear is what grows over the tests of one and the same drive: where a drive was replaced, an
-    effect that the new one has and the old one had not did not grow.
+    effect that the new one has and the old one had not did not grow. Nor did what came as the drive
+    was taken apart or regreased: whether that is the drive's, the tests do not tell.
 
     Parameters
     ----------
@@ -141,11 +145,20 @@ def origin_of(sizes: FloatArray, events: Sequence[str | None]) -> Origin:
         cannot show the effect
     events : before each test, as declared
     """
-    replaced = [at for at, event in enumerate(events) if event == "replaced" and at > 0]
-    if any(_along_hours(life) == "wear" for life in np.split(sizes, replaced)):
+    lives = _lives(sizes, events)
+    if any(_along_hours(life) == "wear" and not _came_with(life, done) for life, done in lives):
         return "wear"
     whole = _along_hours(sizes)
     return "unclear" if whole == "wear" else whole
+
+
+def _lives(
+    sizes: FloatArray, events: Sequence[str | None]
+) -> list[tuple[FloatArray, list[str | None]]]:
+    """Sizes and events of each drive that was there, one after the other."""
+    begins = [0, *(at for at, event in enumerate(events) if event == "replaced" and at > 0)]
+    ends = [*begins[1:], len(events)]
+    return [(sizes[at:end], list(events[at:end])) for at, end in zip(begins, ends, strict=True)]
 
 
 def _along_hours(sizes: FloatArray) -> Origin:
@@ -165,12 +178,8 @@ def _along_hours(sizes: FloatArray) -> Origin:
     present = size > 0
     if not present.any():
         return "unclear"
-    error = np.hypot((sizes[:, 3] - sizes[:, 1]) / 3.29, _SCATTER * size)
-    error[~present] = np.median(error[present])
-    error = np.maximum(error, 0.3 * np.median(size[present]))
-    design = np.column_stack([np.ones_like(hours), hours]) / error[:, None]
-    covariance = np.linalg.inv(design.T @ design)
-    level, slope = covariance @ design.T @ (size / error)
+    error = _errors(sizes)
+    (level, slope), covariance, _ = _fitted(_line(hours), size, error)
     first, last = max(level + slope * hours[0], 0.0), level + slope * hours[-1]
     clear = slope / np.sqrt(covariance[1, 1])
     if clear > _CLEAR and last > _GROWN * first:
@@ -178,6 +187,48 @@ def _along_hours(sizes: FloatArray) -> Origin:
     if present.mean() >= _COMMON and abs(clear) < _NONE:
         return "rig"
     return "unclear"
+
+
+def _came_with(sizes: FloatArray, events: Sequence[str | None]) -> bool:
+    """Whether levels that change where something was done to a drive say more than a line does.
+
+    By Schwarz's criterion: a level between each two events against level and slope.
+    """
+    done = [at > 0 and event in _TAKEN_APART for at, event in enumerate(events)]
+    shown = np.isfinite(sizes[:, 2])
+    stretches, stretch = np.unique(np.cumsum(done)[shown], return_inverse=True)
+    if stretches.size < 2:
+        return False
+    sizes = sizes[shown]
+    levels, line = np.eye(stretches.size)[stretch], _line(sizes[:, 0] / sizes[:, 0].max())
+    stepped, grown = (
+        _fitted(design, sizes[:, 2], _errors(sizes))[2] + design.shape[1] * np.log(len(sizes))
+        for design in (levels, line)
+    )
+    return bool(stepped < grown)
+
+
+def _line(hours: FloatArray) -> FloatArray:
+    return np.column_stack([np.ones_like(hours), hours])
+
+
+def _errors(sizes: FloatArray) -> FloatArray:
+    """(tests,) standard deviations of the sizes about their course, remounting among them."""
+    size, present = sizes[:, 2], sizes[:, 2] > 0
+    error = np.hypot((sizes[:, 3] - sizes[:, 1]) / 3.29, _SCATTER * size)
+    error[~present] = np.median(error[present])
+    return np.asarray(np.maximum(error, 0.3 * np.median(size[present])))
+
+
+def _fitted(
+    design: FloatArray, size: FloatArray, error: FloatArray
+) -> tuple[FloatArray, FloatArray, float]:
+    """Weighted least squares: coefficients, their covariance, and the sum of squares left."""
+    weighted = design / error[:, None]
+    covariance = np.linalg.inv(weighted.T @ weighted)
+    coefficients = covariance @ weighted.T @ (size / error)
+    left = float(np.sum(((size - design @ coefficients) / error) ** 2))
+    return coefficients, np.asarray(covariance), left
 
 
 def _pooled_effect(
