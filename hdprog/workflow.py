@@ -91,11 +91,13 @@ def fit(
     Raises
     ------
     UsageError
-        for an effect or a method that does not exist, or effects beside the paper's method
+        for an effect or a method that does not exist, effects beside the paper's method, or a
+        path where what was read of it belongs
     BadInputError
         for a prior that does not exist, an effect that the record cannot show, or a record that
         the paper's identification cannot be used on
     """
+    _require_read(loop, drive)
     chosen = effects_named(effects)
     _require_method(method, chosen)
     started = time.perf_counter()
@@ -169,10 +171,13 @@ def explain(
     Raises
     ------
     UsageError
-        for a drive or a generator beside a drive folder
+        for a drive or a generator beside a drive folder, or a path where what was read of it
+        belongs
     BadInputError
         for anything that cannot be used
     """
+    if isinstance(loop, Loop) or Path(loop).is_file():
+        _require_read(loop, drive)
     if not isinstance(loop, Loop):
         _require_folder_alone(drive, rng)
         whole = run(loop, seed=seed, quick=quick, workers=workers, progress=progress)
@@ -206,6 +211,20 @@ def explain(
         explanation=closed.explanation,
     )
     return ExplainOutcome(result, (closed.after,), single=True)
+
+
+def _require_read(loop: object, drive: object) -> None:
+    """Refuse paths of files, which the readers take."""
+    if not isinstance(loop, Loop):
+        raise UsageError(
+            f"loop: found {str(loop)!r}, expected a record that was read. Give what "
+            "hdprog.read_loop makes of the file."
+        )
+    if not isinstance(drive, Drive | None):
+        raise UsageError(
+            f"drive: found {str(drive)!r}, expected a drive that was read. Give what "
+            "hdprog.read_drive makes of the file."
+        )
 
 
 def _require_folder_alone(drive: Drive | None, rng: np.random.Generator | None) -> None:

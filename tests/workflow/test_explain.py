@@ -91,3 +91,16 @@ def test_what_a_drive_folder_would_pass_over_is_refused() -> None:
         hdprog.explain(folder, hdprog.read_drive(folder / "drive.toml"))
     with pytest.raises(UsageError, match="rng: found a generator beside a drive folder"):
         hdprog.explain(folder, rng=np.random.default_rng(0))
+
+
+def test_paths_of_files_are_refused_with_what_reads_them() -> None:
+    """A drive beside a loop's path had been said to stand beside a drive folder."""
+    record, settings = DRIVES / "one-effect/loops/t01.csv", DRIVES / "one-effect/drive.toml"
+    loop, drive = hdprog.read_loop(record), hdprog.read_drive(settings)
+    stage: Any
+    for stage in (hdprog.fit, hdprog.explain):
+        for path in (record, str(record)):
+            with pytest.raises(UsageError, match=r"loop: found '.*t01.csv'.*hdprog\.read_loop"):
+                stage(path, drive)
+        with pytest.raises(UsageError, match=r"drive: found '.*'.*hdprog\.read_drive"):
+            stage(loop, settings)
