@@ -362,3 +362,23 @@ def test_what_was_refused_for_its_share_is_told(remains: LeftOver, what: str) ->
     tests = (*whole.tests[:-1], replace(whole.tests[-1], left_over=remains))
     drive = replace(whole, tests=tests)
     assert what in spaced(section(drive).lead)
+
+
+def test_a_small_shift_of_a_number_that_is_well_known_is_told_as_what_it_is() -> None:
+    stiffness = "secant_stiffness_Nm_per_rad@14Nm"
+    record = explanations.record(
+        figures_before={stiffness: explanations.around(14_100.0, 0.0002)},
+        figures_after={stiffness: explanations.around(14_130.0, 0.0002)},
+        parameters_before={},
+        parameters_after={},
+    )
+    assert tables(record)["What the missing effect"]["Secant stiffness at 14 Nm [Nm/rad]"][-2:] == (
+        "0.21 % too low",
+        "+10.6",
+    )
+    text = said(record)
+    assert (
+        "Secant stiffness at 14 Nm moved by more than two standard deviations, but by less than "
+        "half a per cent." in text
+    )
+    assert "No figure and no parameter" not in text

@@ -30,6 +30,7 @@ from hdprog.reporting.words import capital, listed, parameter_name, tidy
 
 TITLE = "What the drive model lacked"
 _FAR = 2.0  # standard deviations from which a shift is told in a sentence
+_WORTH_SAYING = 0.005  # of a number: less is not called wrong
 _PICTURED = 3  # tests of a drive
 _NOT_PREDICTED = (
     " It describes this record and does not predict the parts of it that were left out: take it as "
@@ -222,13 +223,8 @@ def _doubted(effect: FoundEffect, found: Explanation | DriveExplanation) -> str:
 
 
 def _bias(found: Explanation, note: str) -> Part:
-    far = [
-        shift
-        for shift in shifts(found)
-        if shift.deviations is not None
-        and abs(shift.deviations) > _FAR
-        and abs(shift.off_by or 0.0) >= 0.005
-    ][:3]
+    moved = [s for s in shifts(found) if s.deviations is not None and abs(s.deviations) > _FAR]
+    far = [s for s in moved if s.off_by is None or abs(s.off_by) >= _WORTH_SAYING][:3]
     if far:
         told = listed(f"{tables.shift_name(shift)} ({tables.off_words(shift)})" for shift in far)
         lacking = listed(
@@ -236,6 +232,11 @@ def _bias(found: Explanation, note: str) -> Part:
             for effect in found.effects
         )
         said = f"Without {lacking} these came out wrong{note}: {told}."
+    elif moved:
+        said = (
+            f"{capital(listed(map(tables.shift_name, moved)))} moved by more than two standard "
+            f"deviations{note}, but by less than half a per cent."
+        )
     else:
         said = f"No figure and no parameter moved by more than two standard deviations{note}."
     return Part("What it did to the numbers", (said,), (), (tables.bias_table(found, note),))
