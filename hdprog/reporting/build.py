@@ -147,7 +147,8 @@ def _life(result: DriveResult) -> Picture | None:
     if outlook.overall(coming) is None:
         return None
     ahead = result.drive.forecast.next_shutdown_hours
-    return remaining_life(coming, ahead if outlook.shutdown_ahead(result) else None)
+    shown = ahead if outlook.shutdown_ahead(result) else None
+    return remaining_life(coming, shown, doubtful=not result.converged)
 
 
 def _trends(result: DriveResult) -> list[tuple[str, Picture]]:
@@ -156,7 +157,12 @@ def _trends(result: DriveResult) -> list[tuple[str, Picture]]:
     return [
         (
             capital(outlook.limit_words(forecast.limit)),
-            trend_fan(result.trend.figures[forecast.limit.key], forecast, result.tests),
+            trend_fan(
+                result.trend.figures[forecast.limit.key],
+                forecast,
+                result.tests,
+                doubtful=not result.converged,
+            ),
         )
         for forecast in result.forecasts
         if forecast.limit is not None and forecast.limit.key in result.trend.figures

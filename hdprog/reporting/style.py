@@ -34,6 +34,8 @@ MUTED = "#6b7280"
 GRID = "#e3e6ea"
 INK = "#1c2430"
 
+_DOUBT = "Not converged: provisional numbers. "
+
 RASTER_DPI = 110
 """Resolution of dense marks, in dots an inch."""
 
@@ -118,17 +120,19 @@ def picture(
     bad: str,
     action: str,
     data: PictureData | None = None,
+    doubtful: bool = False,
 ) -> Picture:
     """Figure as a picture of the page; see `Picture` for the words.
 
-    Without `data` the file of its numbers holds the lines as they are drawn.
+    Without `data` the file of its numbers holds the lines as they are drawn. `doubtful` says first
+    that a fit or trend behind it did not converge.
     """
     width, height = (round(96 * inches) for inches in figure.get_size_inches())
     return Picture(
         svg_data_uri(figure),
         width,
         height,
-        tidy(alt),
+        tidy(_DOUBT + alt if doubtful else alt),
         tidy(shows),
         tidy(good),
         tidy(bad),

@@ -19,7 +19,9 @@ def temperature_words(trend: TrendSummary, keys: Sequence[str]) -> str:
     found = trend.temperature
     if found is None:
         return ""
-    text = f"Trend and forecast are told at {_degrees(found.reference_C)}, the mean of the tests"
+    doubt = "" if trend.converged else "Not converged: provisional numbers. "
+    at = _degrees(found.reference_C)
+    text = f"{doubt}Trend and forecast are told at {at}, the mean of the tests"
     if found.unknown:
         taken = agree(found.unknown, "is", "are")
         text += (

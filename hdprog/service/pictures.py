@@ -56,10 +56,15 @@ def _pictures(result: DriveResult) -> list[Picture]:
         if outlook.overall(coming) is not None:
             ahead = result.drive.forecast.next_shutdown_hours
             shown = ahead if outlook.shutdown_ahead(result) else None
-            drawn.append(remaining_life(coming, shown))
+            drawn.append(remaining_life(coming, shown, doubtful=not result.converged))
         if result.trend is not None:
             drawn += [
-                trend_fan(result.trend.figures[one.limit.key], one, result.tests)
+                trend_fan(
+                    result.trend.figures[one.limit.key],
+                    one,
+                    result.tests,
+                    doubtful=not result.converged,
+                )
                 for one in result.forecasts
                 if one.limit is not None and one.limit.key in result.trend.figures
             ]

@@ -65,7 +65,7 @@ def test_the_picture_of_remaining_life_is_that_of_the_first_limit() -> None:
     result = two_limits(0.6)
     assert not_passed(result.forecasts) == result.forecasts
     with house_style():
-        drawn = remaining_life(not_passed(result.forecasts), drives.SHUTDOWN)
+        drawn = remaining_life(not_passed(result.forecasts), drives.SHUTDOWN, doubtful=False)
     said = spaced(drawn.alt)
     assert said.startswith("The first limit: ")
     assert "passed already with a probability of 57 %" in said

@@ -31,3 +31,8 @@ def test_the_reference_and_the_change_of_limited_figures() -> None:
         temperature_words(doubtful, [])
     )
     assert as_if_at(found.reference_C) == " as it would be at 24 °C"
+
+
+def test_a_trend_that_did_not_converge_says_so_of_temperature_too() -> None:
+    doubtful = replace(TREND, temperature=TemperatureEffect(24.0, 5.0, 0, {}), converged=False)
+    assert temperature_words(doubtful, []).startswith("Not converged: provisional numbers. Trend")

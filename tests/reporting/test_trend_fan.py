@@ -40,5 +40,7 @@ def test_of_two_tests_at_the_same_hours_the_one_that_did_not_converge_is_marked(
 def test_it_asks_for_what_the_verdict_does(result: DriveResult, action: str) -> None:
     assert result.trend is not None
     with house_style():
-        drawn = trend_fan(result.trend.figures[KEY], result.forecasts[0], result.tests)
+        drawn = trend_fan(
+            result.trend.figures[KEY], result.forecasts[0], result.tests, doubtful=False
+        )
     assert drawn.action.startswith(action)

@@ -78,6 +78,7 @@ def loops_overlay(tests: Sequence[TestResult], scales: PanelScales) -> Picture:
         action="a single loop that stands out from its neighbours is worth a look at its mounting"
         " before it is believed.",
         data=_data(tests),
+        doubtful=not all(test.converged for test in tests),
     )
 
 

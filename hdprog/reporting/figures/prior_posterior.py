@@ -61,6 +61,7 @@ def prior_posterior(test: TestResult, draws: ParameterDraws) -> Picture:
             " merit are safer."
         ),
         data=_data(test, draws),
+        doubtful=not test.converged,
     )
 
 

@@ -38,13 +38,16 @@ _ROOM_FOR_WORDS = 0.25  # of the height of the hill's axes
 _DASHES = ((0, (6, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)), (0, (3, 1)))
 
 
-def remaining_life(forecasts: Sequence[Forecast], shutdown_hours: float | None) -> Picture:
+def remaining_life(
+    forecasts: Sequence[Forecast], shutdown_hours: float | None, *, doubtful: bool
+) -> Picture:
     """Density of the first crossing, and below it its probability up to each hour.
 
     Parameters
     ----------
     forecasts : of one drive, at least one
     shutdown_hours : service hours of the next shutdown, or None
+    doubtful : a fit or the trend behind them did not converge
     """
     main = outlook.overall(forecasts)
     if main is None:
@@ -95,6 +98,7 @@ def remaining_life(forecasts: Sequence[Forecast], shutdown_hours: float | None) 
             " narrows it."
         ),
         data=_data(main, single),
+        doubtful=doubtful,
     )
 
 

@@ -69,6 +69,7 @@ def ridge_pairs(test: TestResult, draws: ParameterDraws) -> Picture:
             " better."
         ),
         data=_data(test, values),
+        doubtful=not test.converged,
     )
 
 

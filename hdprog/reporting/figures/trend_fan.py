@@ -41,7 +41,9 @@ _AHEAD = 4.0  # how many times as much as the time measured is shown of the time
 _PAST_MIDDLE = 1.2  # and how much past the hour by which the limit is as likely passed as not
 
 
-def trend_fan(trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult]) -> Picture:
+def trend_fan(
+    trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult], *, doubtful: bool
+) -> Picture:
     """Fan of a figure of merit over service hours with its limit and crossing interval.
 
     Parameters
@@ -49,6 +51,7 @@ def trend_fan(trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult
     trend : of the figure
     forecast : of a limit on it
     tests : for the events between them (regreased, reassembled, replaced)
+    doubtful : the trend or a fit that it goes along did not converge
     """
     limit = forecast.limit
     if limit is None:
@@ -90,6 +93,7 @@ def trend_fan(trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult
         )
         + "; where points leave the fan, test at half the interval.",
         data=trend_numbers(trend, forecast),
+        doubtful=doubtful,
     )
 
 

@@ -111,7 +111,12 @@ def _leaning(result: DriveResult) -> Table | None:
         "it moves with the weight of the prior, and of the record (power-scaling sensitivity; 0.05 "
         "counts and is a shift by about 0.3 standard deviations where a weight is doubled)."
     )
-    return Table.flat(caption, ("number", *(test.test_id for test in result.tests)), rows)
+    return Table.flat(
+        caption,
+        ("number", *(test.test_id for test in result.tests)),
+        rows,
+        doubtful=not all(test.converged for test in result.tests),
+    )
 
 
 def _name(name: str) -> str:
@@ -164,7 +169,9 @@ def _tooth_angle(test: TestResult) -> Table | None:
             f"{_up(100 * most)}{THIN_SPACE}%. Parameters that are not listed stay well inside "
             "their intervals."
         )
-    return Table.flat(caption, ("number", f"{now}, assumed", then, "change"), rows)
+    return Table.flat(
+        caption, ("number", f"{now}, assumed", then, "change"), rows, doubtful=not test.converged
+    )
 
 
 def _change(levels: Mapping[float, float], changed: Mapping[float, float]) -> float | None:
