@@ -152,9 +152,10 @@ def waiting_hours(forecast: Forecast, count: int = 6) -> list[float]:
     They end where the probability has all but reached its last value, or at the horizon.
     """
     table = forecast.crossing_probability
-    top = float(table[-1, 1])
-    reached = np.searchsorted(table[:, 1], min(0.95, 0.98 * top))
-    end = forecast.horizon_hours if top <= 0.02 else float(table[reached, 0])
+    start, top = float(table[0, 1]), float(table[-1, 1])
+    to_come = top - start
+    reached = np.searchsorted(table[:, 1], min(0.95, start + 0.98 * to_come))
+    end = forecast.horizon_hours if to_come <= 0.02 else float(table[reached, 0])
     span = max(end - forecast.now_hours, 1.0)
     power = 10.0 ** math.floor(math.log10(span / count))
     step = next(f * power for f in (1.0, 2.0, 2.5, 5.0, 10.0) if span / (f * power) <= count)

@@ -16,6 +16,7 @@ from hdprog.forecast.crossing import Crossing
 from hdprog.reporting.backtest import build_backtest_report
 from hdprog.reporting.backtest_json import backtest_json
 from hdprog.reporting.backtest_words import late_words, verdict
+from hdprog.reporting.figures.backtest_intervals import _passed
 from hdprog.reporting.sections.backtest import accuracies
 from hdprog.results import Provenance
 from tests.reporting.page import Page, spaced
@@ -158,3 +159,23 @@ def test_the_last_forecast_is_the_last_one(late: float | None, text: str) -> Non
         0.9,
     )
     assert spaced(str(accuracies([course]).groups[0].rows[0].cells[-1])) == text
+
+
+def test_a_limit_that_is_crossed_again_is_titled_with_every_crossing() -> None:
+    first, second = origin("t01", 0.0, 500.0), origin("t02", 700.0, 1200.0)
+    after, third = origin("t03", 1300.0, math.inf), origin("t04", 1300.0, 1800.0)
+
+    def title(*origins: OriginScores) -> str:
+        return spaced(_passed([(one, one.crossings[0]) for one in origins]))
+
+    assert title(first) == ": passed at 500 h"
+    assert title(after) == ": not passed by 5 000 h"
+    assert title(first, second) == ": passed at 500 h and 1 200 h"
+    assert title(first, second, after) == (": passed at 500 h and 1 200 h, not again by 5 000 h")
+    assert title(first, second, third) == ": passed 3 times, last at 1 800 h"
+
+
+def test_dollar_signs_in_the_name_of_a_test_are_no_formula() -> None:
+    found = drive("d1", 500.0)
+    named = replace(found.origins[0], test_id="$\\frac{t$")
+    assert Page(build_backtest_report(result(replace(found, origins=(named,))))).faults == []

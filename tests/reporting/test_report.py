@@ -5,12 +5,17 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from hdprog.reporting import outlook
 from hdprog.reporting.build import build_report
+from hdprog.reporting.figures.loop_panel import PanelScales
+from hdprog.reporting.figures.loops_overlay import _label, loops_overlay
+from hdprog.reporting.style import house_style
 from hdprog.reporting.summary import summary_json
-from hdprog.results import DriveResult
+from hdprog.results import DriveResult, TestResult
 from tests.reporting import drives, explanations
 from tests.reporting.page import Page, spaced
 from tests.reporting.test_summary import SITUATIONS
@@ -239,6 +244,36 @@ def test_the_risk_of_waiting_is_told_at_the_hours_at_which_something_is_to_be_do
     assert min(outlook.waiting_hours(main)) > due
     assert told[due] <= main.acceptable_risk
     assert told[drives.SHUTDOWN] == main.probability_crossed_by_shutdown
+
+
+def test_waiting_is_told_up_to_the_horizon_where_the_risk_of_now_is_all_there_is() -> None:
+    crossings = np.concatenate([np.full(160, 900.0), np.full(3840, np.inf)])
+    main = drives.forecast_of(drives.LOST_MOTION, crossings, 900.0)
+    assert outlook.risk_now(main) == pytest.approx(0.04)
+    assert outlook.waiting_hours(main) == [5_000.0, 10_000.0, 15_000.0, 20_000.0]
+
+
+def test_angles_of_loops_to_different_torques_are_not_compared() -> None:
+    owner = drives.drive()
+    tests = [drives.one_test(n, 100.0 * n, 0.3, owner, samples=600) for n in (1, 2)]
+    small = replace(
+        tests[1].fit, torque=0.5 * tests[1].fit.torque, fitted=0.5 * tests[1].fit.fitted
+    )
+
+    def told(*both: TestResult) -> str:
+        with house_style():
+            return spaced(loops_overlay(both, PanelScales.of(both)).alt)
+
+    assert told(*tests).endswith(" arcmin.")
+    assert told(tests[0], replace(tests[1], fit=small)).endswith(
+        "and the torque over it from 125 to 62.6 Nm: the angles do not compare."
+    )
+
+
+def test_a_test_whose_name_begins_with_an_underscore_is_in_the_legend() -> None:
+    axes = Figure().add_subplot()
+    axes.plot([0.0], label=_label(drives.one_test(1, 0.0, 0.3, drives.drive(), test_id="_01")))
+    assert [spaced(text.get_text()).strip() for text in axes.legend().get_texts()] == ["_01  0 h"]
 
 
 def test_a_risk_beside_the_accepted_one_is_told_from_it_everywhere() -> None:

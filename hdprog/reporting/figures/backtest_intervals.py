@@ -14,11 +14,12 @@ from hdprog.reporting.axes import hour_axis
 from hdprog.reporting.outlook import limit_words
 from hdprog.reporting.rounding import hours
 from hdprog.reporting.style import FIT, INK, LIMIT, Picture, new_figure, picture
-from hdprog.reporting.words import agree, capital, counted
+from hdprog.reporting.words import agree, capital, counted, listed
 
 Row = tuple[OriginScores, CrossingScore]
 _ROW = 0.25  # inches
 _ABOVE, _BELOW, _TOP = 0.42, 0.62, 0.42
+_LISTED = 2  # crossings of one limit that a title names
 _FARTHER = 2.2  # of the way from the first test to the last that came, which the axis shows
 
 
@@ -108,15 +109,21 @@ def _panel(axes: Axes, limit: Limit, rows: Sequence[Row], span: tuple[float, flo
 
 
 def _passed(rows: Sequence[Row]) -> str:
-    score = rows[-1][1]
-    if score.crossing_seen:
-        return f": passed at {hours(score.crossed_at)}"
-    return f": not passed by {hours(score.seen_until)}"
+    last = rows[-1][1]
+    seen = dict.fromkeys(score.crossed_at for _, score in rows if score.crossing_seen)
+    if not seen:
+        return f": not passed by {hours(last.seen_until)}"
+    if len(seen) > _LISTED:
+        passed = f": passed {len(seen)} times, last at {hours(max(seen))}"
+    else:
+        passed = f": passed at {listed(map(hours, seen))}"
+    return passed if last.crossing_seen else f"{passed}, not again by {hours(last.seen_until)}"
 
 
 def _label(origin: OriginScores) -> str:
     mark = "" if origin.converged else "*"
-    return f"{origin.test_id}{mark}, {hours(origin.service_hours)}"
+    # Two dollar signs in a name would be taken for a formula.
+    return f"{origin.test_id}{mark}, {hours(origin.service_hours)}".replace("$", r"\$")
 
 
 def _bar(axes: Axes, at: int, score: CrossingScore, last: float) -> None:

@@ -21,6 +21,7 @@ from hdprog.results import TestResult
 _MOST_LABELS = 12
 _MOST_POINTS = 240  # of each loop
 _MOST_ROWS = 80  # of each loop, in the file of its numbers
+_SAME_TORQUE = 0.02  # of the torque over the loop: the angles of loops that differ by more do, too
 
 
 def loops_overlay(tests: Sequence[TestResult], scales: PanelScales) -> Picture:
@@ -102,14 +103,23 @@ def _data(tests: Sequence[TestResult]) -> PictureData:
 def _label(test: TestResult) -> str:
     when = "" if test.service_hours is None else f"  {hours(test.service_hours)}"
     name = test.test_id if len(test.test_id) <= 10 else test.test_id[:9] + "…"
-    return f"{name}{when}".replace("$", r"\$")
+    # A legend leaves out names that begin with an underscore, unless a space stands before it.
+    begin = " " if name.startswith("_") else ""
+    return f"{begin}{name}{when}".replace("$", r"\$")
 
 
 def _alt(tests: Sequence[TestResult]) -> str:
     first, last = (_full_angle(tests[i]) for i in (0, -1))
-    return (
+    text = (
         f"From the first test to the last the torsion angle over the whole loop went from "
-        f"{significant(first)} to {significant(last)} {loop_angle().unit}."
+        f"{significant(first)} to {significant(last)} {loop_angle().unit}"
+    )
+    torque = [loop_torque().factor * float(np.ptp(tests[i].fit.torque)) for i in (0, -1)]
+    if abs(torque[1] - torque[0]) <= _SAME_TORQUE * torque[0]:
+        return f"{text}."
+    return (
+        f"{text}, and the torque over it from {significant(torque[0])} to "
+        f"{significant(torque[1])} {loop_torque().unit}: the angles do not compare."
     )
 
 
