@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 from hdprog.config import Limit
@@ -57,6 +57,24 @@ def against_limit(test: TestResult, limit: Limit) -> str:
         f"{said}: its limit of {bound} lies in that spread; the probability that it is past it "
         f"is between {100 * at_least:.0f} and {100 * at_most:.0f} %."
     )
+
+
+def gravest_first(test: TestResult, limits: Sequence[Limit]) -> list[Limit]:
+    """Limits in the order of what a test says of them: past, about, not told, inside."""
+
+    def gravity(limit: Limit) -> int:
+        levels = test.figures.get(limit.key)
+        return (
+            2 if levels is None else {"past": 0, "about": 1, "inside": 3}[standing(levels, limit)]
+        )
+
+    return sorted(limits, key=gravity)
+
+
+def is_past(test: TestResult, limit: Limit) -> bool:
+    """Whether a test's figure is past a limit with a probability above 95 %."""
+    levels = test.figures.get(limit.key)
+    return levels is not None and standing(levels, limit) == "past"
 
 
 def standing(levels: Mapping[float, float], limit: Limit) -> Literal["past", "inside", "about"]:

@@ -12,7 +12,7 @@ from hdprog.reporting.effect_words import traced_sentences
 from hdprog.reporting.fit_names import doubtful_without_effects
 from hdprog.reporting.left_out import left_out_sentences
 from hdprog.reporting.left_structure import structure_sentences
-from hdprog.reporting.present import against_limit, condition
+from hdprog.reporting.present import against_limit, condition, gravest_first, is_past
 from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.rounding import (
     hours,
@@ -23,6 +23,7 @@ from hdprog.reporting.rounding import (
     without_unit,
 )
 from hdprog.reporting.trend_words import off_course
+from hdprog.reporting.weak_words import prior_driven
 from hdprog.reporting.words import (
     agree,
     capital,
@@ -84,8 +85,9 @@ def _verdict(result: DriveResult) -> Verdict:
     if main is not None and outlook.tested_at(result) == 1:
         sentences.append(_no_pace(result))
     if main is None:
-        sentences += _present(result)
-        status: Status = "present"
+        status: Status
+        status, said = _present(result)
+        sentences += said
     else:
         status, said = _outlook(result, main)
         sentences += said
@@ -131,11 +133,17 @@ def not_converged(result: DriveResult) -> str:
     )
 
 
-def _present(result: DriveResult) -> list[str]:
-    """Sentences for a fit without a forecast: the last test as it is."""
+def _present(result: DriveResult) -> tuple[Status, list[str]]:
+    """Status and sentences for a fit without a forecast: the last test as it is."""
     test = result.tests[-1]
-    sentences = [against_limit(test, limit) for limit in result.drive.limits]
-    if not sentences:
+    limits = gravest_first(test, result.drive.limits)
+    past = [limit for limit in limits if is_past(test, limit)]
+    # What leans on the prior is not to be acted on alone, as a warning says.
+    act = any(not prior_driven(test, limit.key) for limit in past)
+    sentences = [against_limit(test, limit) for limit in limits]
+    if act:
+        sentences.insert(len(past), "Inspect now.")
+    if not limits:
         which = "This test" if len(result.tests) == 1 else f"The last test, {test.test_id},"
         sentences.append(condition(test, which))
         sentences.append("No limit is set for this drive, so that there is nothing to forecast.")
@@ -144,7 +152,7 @@ def _present(result: DriveResult) -> list[str]:
             "One loop by itself says nothing of remaining life; several tests with their service "
             "hours do."
         )
-    return sentences
+    return "act" if act else "present", sentences
 
 
 def _outlook(result: DriveResult, main: Forecast) -> tuple[Status, list[str]]:

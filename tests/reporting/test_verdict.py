@@ -9,9 +9,12 @@ import pytest
 
 from hdprog.config import Limit
 from hdprog.reporting import outlook
+from hdprog.reporting.fleet_words import fleet_entry
 from hdprog.reporting.present import probability_bounds
+from hdprog.reporting.sections.facts import facts
+from hdprog.reporting.summary import summary_json
 from hdprog.reporting.verdict import Verdict, verdict
-from hdprog.results import DriveResult, NotReproduced
+from hdprog.results import DriveResult, NotReproduced, Sensitivity
 from tests.reporting import drives
 from tests.reporting.page import spaced
 
@@ -265,6 +268,35 @@ def test_a_fit_with_limits_is_held_against_them() -> None:
     assert sentences[between.threshold].endswith(
         "the probability that it is past it is between 5 and 25 %."
     )
+
+
+def test_what_a_fit_finds_past_its_limit_comes_first_and_asks_to_inspect() -> None:
+    inside = Limit("hysteresis_width_arcmin", 5.0, "above")
+    past = Limit("lost_motion_arcmin", 0.1, "above")
+    result = drives.single_fit(inside, past)
+    said, sentences = words(result)
+    assert (said.status, said.label) == ("act", "Act now")
+    assert sentences[0].startswith("Lost motion is ")
+    assert sentences[0].endswith("past its limit, above 0.1 arcmin, with a probability above 95 %.")
+    assert sentences[1] == "Inspect now."
+    assert sentences[2].startswith("Hysteresis width is ")
+    assert facts(result)[0].label == "Lost motion"
+    entry = fleet_entry(summary_json(result))
+    assert (entry.sentence, entry.order[0]) == (said.sentences[0], 0)
+    assert words(drives.single_fit(inside))[0].status == "present"
+
+
+def test_a_figure_past_its_limit_by_the_prior_alone_is_told_and_not_acted_on() -> None:
+    result = drives.single_fit(Limit("lost_motion_arcmin", 0.1, "above"))
+    test = result.tests[0]
+    wide = test.figures | {"lost_motion_arcmin": drives.by_level(np.linspace(0.4, 1.2, 401))}
+    leans = {"lost_motion_arcmin": Sensitivity(0.6, 0.1, "prior", 0.1)}
+    said, sentences = words(
+        replace(result, tests=(replace(test, figures=wide, sensitivity=leans),))
+    )
+    assert said.status == "present"
+    assert "past its limit" in sentences[0]
+    assert "Inspect now." not in sentences
 
 
 @pytest.mark.parametrize("direction", ["above", "below"])

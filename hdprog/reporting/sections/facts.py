@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hdprog.reporting import outlook
-from hdprog.reporting.present import value_words
+from hdprog.reporting.present import gravest_first, value_words
 from hdprog.reporting.rounding import hours, percent, percent_beside, share
 from hdprog.reporting.words import capital, quantity
 from hdprog.results import DriveResult, Forecast
@@ -65,9 +65,10 @@ def _inspection(main: Forecast) -> Fact:
 
 def _present(result: DriveResult) -> list[Fact]:
     test = result.tests[-1]
-    keys = [limit.key for limit in result.drive.limits if limit.key in test.figures]
+    limits = gravest_first(test, result.drive.limits)
+    keys = dict.fromkeys(limit.key for limit in limits if limit.key in test.figures)
     found = []
-    for key in (keys or list(test.figures))[:3]:
+    for key in list(keys or test.figures)[:3]:
         value, _, spread = value_words(test.figures[key], key).partition(" (")
         found.append(Fact(capital(quantity(key).name), value, spread.removesuffix(")")))
     return found
