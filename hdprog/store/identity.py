@@ -11,11 +11,12 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
+from sqlalchemy import select
 from sqlalchemy.exc import IntegrityError
 
 from hdprog.errors import UsageError
 from hdprog.store.database import Database
-from hdprog.store.tables import SettingRow
+from hdprog.store.tables import SettingRow, TestRow
 
 MARK = "store-id"
 _NAME = "store id"
@@ -28,11 +29,13 @@ def require_same_store(database: Database, folder: Path) -> None:
     Raises
     ------
     UsageError
-        for a folder that is another store's, or none
+        for a folder that is another store's, or none, and for a new database beside a folder that
+        holds records
     """
     known = _known(database)
     path = folder / MARK
     if known is None:
+        _refuse_new_beside_records(database, folder)
         with suppress(FileExistsError), path.open("x", encoding="ascii") as file:
             file.write(secrets.token_hex(16) + "\n")
         known = _keep(database, _read(path))
@@ -41,6 +44,24 @@ def require_same_store(database: Database, folder: Path) -> None:
         raise UsageError(
             f"--data: found {found} in {folder}, expected the folder that this database was begun "
             "with. Is the network folder mounted, and is --database the right one?"
+        )
+
+
+def _refuse_new_beside_records(database: Database, folder: Path) -> None:
+    """Refuse a database that knows nothing of what lies in the folder.
+
+    Results that no database knows are tidied up: an address with a slip in it would cost them all.
+    """
+    if not any(any((folder / name).iterdir()) for name in ("raw", "analyses")):
+        return
+    # Looked up after the folder: of two programs that begin a store the other may have been first.
+    with database.reading() as session:
+        known = session.get(SettingRow, _NAME), session.scalar(select(TestRow.id).limit(1))
+    if known == (None, None):
+        raise UsageError(
+            f"--database: found a new database and {folder} with records or results of another, "
+            "expected the database that the folder was begun with. Correct the address (or "
+            "HDPROG_DATABASE); for a new database give an empty folder with --data."
         )
 
 

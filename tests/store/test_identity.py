@@ -5,10 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from sqlalchemy import delete
 
 from hdprog.errors import UsageError
 from hdprog.store.identity import MARK
 from hdprog.store.store import Store, open_store
+from hdprog.store.tables import SettingRow
+from hdprog.store.uploads import TestFacts
+from tests.store.samples import add_bytes, add_sample
 
 
 def test_a_folder_that_is_not_mounted_is_refused(store: Store, tmp_path: Path) -> None:
@@ -38,3 +42,25 @@ def test_a_new_database_takes_on_the_folder_it_is_given(store: Store, tmp_path: 
     with open_store(store.files.root, f"sqlite:///{tmp_path / 'new.db'}"):
         pass
     assert (store.files.root / MARK).read_text("ascii") == mark
+
+
+@pytest.mark.parametrize("kept", ["raw", "analyses"])
+def test_a_new_database_beside_records_is_refused(store: Store, tmp_path: Path, kept: str) -> None:
+    """An address with a slip was taken for a new store's, and all old results were tidied away."""
+    (store.files.root / kept / "one").mkdir()
+    slip = f"sqlite:///{tmp_path / 'slip.db'}"
+    with pytest.raises(UsageError, match="a new database and"), open_store(store.files.root, slip):
+        pass
+    with open_store(store.files.root, store.database.url):
+        pass
+
+
+def test_a_database_of_before_the_mark_keeps_its_folder(store: Store) -> None:
+    with store.writing() as session:
+        drive = add_sample(session)
+        add_bytes(session, store.files, drive, b"record", TestFacts(1.0))
+        session.execute(delete(SettingRow))
+    (store.files.root / MARK).unlink()
+    with open_store(store.files.root, store.database.url):
+        pass
+    assert (store.files.root / MARK).exists()
