@@ -101,7 +101,7 @@ def normalised(url: str) -> str:
     Raises
     ------
     UsageError
-        for what is no address, or a database other than SQLite and PostgreSQL
+        for what is no address, a database other than SQLite and PostgreSQL, or one in memory alone
     """
     try:
         parsed = make_url(url)
@@ -117,6 +117,12 @@ def normalised(url: str) -> str:
         raise UsageError(
             f"--database: found a database of the kind {kind}, expected sqlite or postgresql. "
             "Leave --database out to keep everything in the data folder."
+        )
+    elif parsed.database in (None, "", ":memory:"):
+        raise UsageError(
+            f"--database: found {url!r}, a database in memory that ends with the command, expected "
+            "one in a file, such as sqlite:////path/to/file.db. Leave --database out to keep "
+            "everything in the data folder."
         )
     return parsed.render_as_string(hide_password=False)
 

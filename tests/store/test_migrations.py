@@ -85,8 +85,11 @@ def test_tables_of_a_newer_program_are_left_alone(tmp_path: Path) -> None:
     store.close()
 
 
-@pytest.mark.parametrize("address", ["nonsense", "mysql://host/name"])
+@pytest.mark.parametrize(
+    "address", ["nonsense", "mysql://host/name", "sqlite://", "sqlite:///:memory:"]
+)
 def test_other_databases_are_refused(address: str) -> None:
+    """One in memory took accounts and records, and ended with the command."""
     with pytest.raises(UsageError, match="--database: found"):
         normalised(address)
 
