@@ -15,7 +15,7 @@ from pathlib import Path
 from sqlalchemy import make_url
 
 from hdprog.atomic import atomic_directory
-from hdprog.errors import BadInputError, UsageError
+from hdprog.errors import NO_ROOM, BadInputError, UsageError
 from hdprog.store.database import sqlite_file
 from hdprog.store.identity import MARK
 from hdprog.store.store import Store
@@ -80,7 +80,7 @@ def restore(archive: Path, data: Path, url: str | None) -> None:
     UsageError
         where the data folder holds something, or the database is not of the backup's kind
     BadInputError
-        for an archive that is no backup
+        for an archive that is no backup, or where there is no room for what it holds
     """
     if data.exists() and any(data.iterdir()):
         raise UsageError(
@@ -89,7 +89,7 @@ def restore(archive: Path, data: Path, url: str | None) -> None:
         )
     with atomic_directory(data) as aside:
         aside.chmod(0o700)
-        _extract(archive, aside)
+        _extract(archive, aside, data)
         _require_right_database(archive, aside, data, url)
         dump = aside / DUMP
         if url is not None and dump.exists():
@@ -99,11 +99,18 @@ def restore(archive: Path, data: Path, url: str | None) -> None:
             dump.unlink()
 
 
-def _extract(archive: Path, folder: Path) -> None:
+def _extract(archive: Path, folder: Path, data: Path) -> None:
     try:
         with tarfile.open(archive, "r:gz") as tar:
             tar.extractall(folder, filter="data")
     except (tarfile.TarError, OSError, EOFError, zlib.error) as error:
+        if isinstance(error, OSError) and error.errno in NO_ROOM:
+            raise BadInputError(
+                f"no room for what {archive} holds ({os.strerror(error.errno)})",
+                str(data),
+                "room for all records and results of the backup",
+                "Free space or raise the limit, or give another folder with --data.",
+            ) from error
         raise _no_backup(archive, f"no readable archive ({error})") from error
 
 

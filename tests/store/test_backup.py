@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import random
@@ -182,3 +183,18 @@ def test_what_is_written_or_goes_meanwhile_is_left_out(
         names = set(archive.getnames())
     assert "analyses/one/posterior.nc" in names
     assert not [name for name in names if "two" in name or "three" in name]
+
+
+def test_no_room_for_a_backup_is_told_and_no_fault_of_the_archive(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was told to be no readable archive, with the advice to give another one."""
+    archive = archive_of(tmp_path / "whole.tar.gz", hdprog__db=b"tables")
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(tarfile.TarFile, "extractall", full)
+    with pytest.raises(BadInputError, match=r"no room for what .* Free space"):
+        restore(archive, tmp_path / "data", None)
+    assert not (tmp_path / "data").exists()
