@@ -65,9 +65,16 @@ def export(
 def backup(archive: Archive, data: Data = None, database: DatabaseUrl = None) -> None:
     """Copy database and files into one archive; the service may run on."""
     from hdprog.store.backup import back_up
+    from hdprog.store.files import holds_store
     from hdprog.store.store import open_store
 
-    with open_store(data_folder(data), database) as opened:
+    folder = data_folder(data)
+    if not holds_store(folder):
+        raise UsageError(
+            f"--data: found no store in {folder}, expected the data folder of the service. Give it "
+            "with --data DIR, or in HDPROG_DATA."
+        )
+    with open_store(folder, database) as opened:
         size = back_up(opened, archive)
     typer.echo(f"Backup: {archive} ({size / 1e6:.1f} MB)")
 

@@ -26,6 +26,11 @@ def default_data_folder() -> Path:
     return Path(named) if named else user_data_path("hdprog", appauthor=False)
 
 
+def holds_store(root: Path) -> bool:
+    """Tell whether a folder is a store's data folder; nothing is made."""
+    return (root / "raw").is_dir()
+
+
 class Files:
     """The files of a store.
 

@@ -10,7 +10,9 @@ import tarfile
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from hdprog.cli import app
 from hdprog.errors import BadInputError, UsageError
 from hdprog.store.backup import back_up, restore
 from hdprog.store.drives import find_drive
@@ -198,3 +200,14 @@ def test_no_room_for_a_backup_is_told_and_no_fault_of_the_archive(
     with pytest.raises(BadInputError, match=r"no room for what .* Free space"):
         restore(archive, tmp_path / "data", None)
     assert not (tmp_path / "data").exists()
+
+
+def test_a_folder_without_a_store_has_no_backup(tmp_path: Path) -> None:
+    """An empty store was made there and backed up, night after night, for the one that counts."""
+    for data in (tmp_path / "slip", tmp_path):
+        done = CliRunner().invoke(
+            app, ["store", "backup", str(tmp_path / "backup.tar.gz"), "--data", str(data)]
+        )
+        assert done.exit_code == 2
+        assert "found no store in" in done.output
+    assert list(tmp_path.iterdir()) == []
