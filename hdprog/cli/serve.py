@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import ipaddress
 import os
 import secrets
@@ -76,6 +77,7 @@ def serve(
             "or HDPROG_DATABASE in the environment), expected neither: its drives, its account and "
             "its settings would be among your own. Leave one of the two out."
         )
+    _require_free(host, port)
     with ExitStack() as held:
         if demo:
             place = held.enter_context(tempfile.TemporaryDirectory(prefix="hdprog-demo-"))
@@ -117,6 +119,24 @@ def serve(
             log_level="info",
             timeout_graceful_shutdown=5,
         )
+
+
+def _require_free(host: str, port: int) -> None:
+    """Refuse an address that cannot be listened on, before anything is made or started."""
+
+    async def bind() -> None:
+        loop = asyncio.get_running_loop()
+        server = await loop.create_server(asyncio.Protocol, host, port, start_serving=False)
+        server.close()
+
+    try:
+        asyncio.run(bind())
+    except (OSError, UnicodeError) as error:
+        raise UsageError(
+            f"--host, --port: found {host}, port {port}, where nothing can listen ({error}), "
+            "expected an address of this machine and a port that is free. End what listens there, "
+            "or give another --port or --host."
+        ) from error
 
 
 def _is_loopback(host: str) -> bool:

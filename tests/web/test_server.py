@@ -12,7 +12,9 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from hdprog.cli import app
 from hdprog.data.synthetic import write_drive_folder
 from tests.terminal import hear_it_close
 from tests.web.server import HDPROG, PASSWORD, PATIENCE, Server, hdprog, wait_for_jobs
@@ -189,6 +191,21 @@ def test_one_true_fit(tmp_path: Path, started: list[Server]) -> None:
 def test_no_login_stays_on_this_machine(tmp_path: Path) -> None:
     with pytest.raises(AssertionError, match="expected a loopback address"):
         hdprog("serve", "--no-login", "--host", "0.0.0.0", "--data", str(tmp_path))
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "no.such.invalid"])
+def test_an_address_that_cannot_be_listened_on_is_refused_at_once(
+    host: str, tmp_path: Path
+) -> None:
+    """It ended with 3, bad input, after workers were started, in the words of a log."""
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        done = CliRunner().invoke(
+            app, ["serve", "--host", host, "--port", port, "--data", str(tmp_path / "data")]
+        )
+    assert done.exit_code == 2
+    assert f"found {host}, port {port}, where nothing can listen" in done.output
+    assert not (tmp_path / "data").exists()
 
 
 def test_the_demonstration_is_not_among_ones_own_drives(tmp_path: Path) -> None:
