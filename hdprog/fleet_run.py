@@ -58,6 +58,8 @@ class Order:
     def finished(self) -> bool:
         """Whether its results are there already."""
         kept = self.out / RUN_KEY
+        if not (self.out / "summary.json").is_file():  # somebody removed it
+            return False
         return kept.is_file() and kept.read_text("utf-8").strip() == self.key
 
 
@@ -288,7 +290,7 @@ def _spread_packed(
 
 def run_packed(folder: bytes, order: Order, command: str) -> bytes | LeftOut:
     """Run a packed drive folder where the cluster wills; gives the results, packed."""
-    with unpacked(folder, order.folder.name) as (drive, out):
+    with unpacked(folder, order.name.rpartition("/")[2]) as (drive, out):
         there = replace(order, folder=drive, out=out)
         # Workers of Dask are daemons, which may have no processes of their own.
         return _run_one(there, command, 1) or packed(out)

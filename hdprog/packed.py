@@ -36,10 +36,10 @@ def unpacked(content: bytes, name: str) -> Iterator[tuple[Path, Path]]:
 
     Yields
     ------
-    that folder, and a place beside it for results, which is not there yet
+    that folder, and a place apart from it for results, which is not there yet
     """
     with tempfile.TemporaryDirectory() as place:
-        folder = Path(place) / name
-        folder.mkdir()
+        folder = Path(place) / "sent" / name
+        folder.mkdir(parents=True)
         unpack(content, folder)
         yield folder, Path(place) / "results"

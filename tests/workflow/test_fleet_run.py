@@ -6,6 +6,7 @@ import json
 import os
 import re
 import shutil
+import tempfile
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -149,6 +150,41 @@ def test_the_work_goes_out_packed_and_comes_back_packed(folder: Path, tmp_path: 
     unpack(results, tmp_path / "back")
     assert (tmp_path / "back" / "report.html").is_file()
     assert not order.out.exists()
+
+
+def test_a_drive_of_any_name_is_sent_apart_from_its_results(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Records of a drive called results came back among its results; one at . could not be sent."""
+    from hdprog.packed import packed, unpack
+
+    def run_aside(order: fleet_run.Order, *_: object) -> None:
+        assert order.folder.name == "results"
+        assert (order.folder / "drive.toml").is_file()
+        order.out.mkdir()
+        (order.out / "summary.json").write_text("{}", "utf-8")
+
+    monkeypatch.setattr(fleet_run, "_run_one", run_aside)
+    drive = subset(tmp_path / "results", ["t01"])
+    monkeypatch.chdir(drive)
+    for place in (tmp_path, Path()):
+        [order] = fleet_run._orders(place, tmp_path / "out", 0, True, False)[0]
+        sent = fleet_run.run_packed(packed(order.folder), order, "hdprog fleet")
+        assert isinstance(sent, bytes)
+        back = Path(tempfile.mkdtemp(dir=tmp_path))
+        unpack(sent, back)
+        assert [path.name for path in back.iterdir()] == ["summary.json"]
+        shutil.rmtree(back)
+
+
+def test_a_drive_whose_summary_was_removed_is_run_again(folder: Path, tmp_path: Path) -> None:
+    """The fleet had no list until its other file was found and removed, too."""
+    order = fleet_run._orders(folder, tmp_path / "out", 0, True, False)[0][1]
+    order.out.mkdir(parents=True)
+    (order.out / RUN_KEY).write_text(order.key + "\n", "utf-8")
+    assert not order.finished
+    (order.out / "summary.json").write_text("{}", "utf-8")
+    assert order.finished
 
 
 def test_a_dask_cluster_runs_the_drives(folder: Path, tmp_path: Path) -> None:
