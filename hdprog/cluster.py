@@ -32,6 +32,12 @@ def dask_client(address: str) -> Iterator[Any]:
     try:
         _require_host_and_port(address)
         client = Client(address, timeout="10s", set_as_default=False)
+    except TypeError as error:  # of Dask itself, where it has no certificates for the address
+        raise UsageError(
+            f"--dask: found {address} and nothing to connect with ({error}), expected the "
+            "certificates in Dask's configuration (distributed.comm.tls) for an address with "
+            "tls:// or wss://. Name them there, or give an address with tcp://."
+        ) from error
     except (OSError, ValueError) as error:
         raise UsageError(
             f"--dask: found no scheduler at {address} ({error}), expected one that takes "

@@ -31,11 +31,13 @@ def run_on_dask(address: str, order: Order, say: Say) -> None:
         try:
             while True:
                 try:
-                    results = task.result(timeout=_LOOK_SECONDS)
+                    # It gives an error of the work: one that is raised here is of the wait.
+                    task.exception(timeout=_LOOK_SECONDS)
                     break
                 except TimeoutError:
                     say("under way on the Dask cluster", 0.5)
                     say("on the Dask cluster", 0.5)
+            results = task.result()
         except BaseException:
             task.cancel()
             raise

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 import pytest
@@ -49,6 +50,34 @@ def test_out_and_back(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPa
         with pytest.raises(BadInputError, match="a wrong file"):
             dask_run.run_on_dask(cluster.scheduler_address, wrong, lambda _stage, _done: None)
         assert not wrong.out.exists()
+
+
+def test_a_time_out_of_the_work_itself_ends_the_job(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file over a network that timed out passed for a wait that goes on: without end."""
+    from distributed import LocalCluster
+
+    def timed_out(_order: Order, _say: Say) -> None:
+        raise OSError(errno.ETIMEDOUT, "of a network folder")
+
+    looks = 0
+
+    def say(_stage: str, _done: float) -> None:
+        nonlocal looks
+        looks += 1
+        assert looks < 100, "the job was waited for, though it had ended"
+
+    monkeypatch.setattr(dask_run, "run_here", timed_out)
+    monkeypatch.setattr(dask_run, "_LOOK_SECONDS", 0.2)
+    order = Order(folder, tmp_path / "out", True, 1, "tests")
+    with (
+        LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+        ) as cluster,
+        pytest.raises(TimeoutError, match="of a network folder"),
+    ):
+        dask_run.run_on_dask(cluster.scheduler_address, order, say)
 
 
 def test_a_scheduler_that_does_not_answer(folder: Path, tmp_path: Path) -> None:

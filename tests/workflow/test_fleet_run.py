@@ -233,6 +233,13 @@ def test_a_scheduler_that_does_not_answer_is_said(
         run(folder, tmp_path / "out", dask="tcp://nobody:8786")
 
 
+def test_tls_without_certificates_is_wrong_usage(folder: Path, tmp_path: Path) -> None:
+    """It ended as a mistake of the program."""
+    pytest.importorskip("distributed")
+    with pytest.raises(UsageError, match=r"certificates in Dask's configuration"):
+        run(folder, tmp_path / "out", dask="tls://127.0.0.1:8786")
+
+
 @pytest.mark.parametrize("address", ["nobody", "tcp://nobody", "tcp://nobody:port", "no://a:1"])
 def test_what_is_no_address_of_a_scheduler_makes_no_client(
     address: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
