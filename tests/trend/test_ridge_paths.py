@@ -139,6 +139,18 @@ def test_what_lies_beside_is_taken_along() -> None:
     assert np.quantile(left, 0.1) < -30.0
 
 
+def test_a_path_comes_back_from_thresholds_that_no_record_sees() -> None:
+    """Records to 63 Nm, and teeth that are met at 80: any threshold beyond the records will do."""
+    start = NEW + 0.7 * WEAR
+    start[T_T] = 40.0  # half of it in Nm
+    problem = worn_by([0.0, 0.0], start)
+    paths = ridge_paths(problem.step, FIXED[0])
+    path = next(one for one in paths if one.share.reshape(2, -1)[:, T_T].any())
+    assert path.places[0] < 30.0
+    assert path.places[-1] > 80.0
+    assert path.spread > 20.0
+
+
 def linearised(loop: Linearised, point: np.ndarray) -> Information:
     """A Gaussian loop itself, as high as it is at the point."""
     height = point @ (loop.information - 0.5 * loop.precision @ point)
