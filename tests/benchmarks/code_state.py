@@ -4,18 +4,41 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable
+from functools import cache
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
-import hdprog
+import grimp
+
 from hdprog.shipped import shipped
 
+_ROOT = Path(__file__).parents[2]
 
-def sources(*packages: str, without: Iterable[str] = ()) -> list[Path]:
-    """Files of some of hdprog's packages, in order, those left out whose name is given."""
-    root, left_out = Path(hdprog.__file__).parent, set(without)
-    files = [file for name in packages for file in sorted((root / name).rglob("*.py"))]
-    return [file for file in files if file.name not in left_out]
+
+@cache
+def _imports() -> grimp.ImportGraph:
+    # The cache of grimp would be a folder beside whatever folder the benchmark is run in.
+    return grimp.build_graph("hdprog", "tests", cache_dir=None)
+
+
+def imported_by(*modules: str, but: Iterable[str] = ()) -> list[Path]:
+    """Files of these modules and of all they import, directly or not, in order of their names.
+
+    An import within a function counts. What ``but`` names is left out with what it alone imports,
+    and so is the package's own first file, which names every public function.
+    """
+    ends_at, found, waiting = {"hdprog", __name__, *but}, set[str](), list(modules)
+    while waiting:
+        module = waiting.pop()
+        if module not in found and module not in ends_at:
+            found.add(module)
+            waiting += _imports().find_modules_directly_imported_by(module)
+    return [_file_of(module) for module in sorted(found)]
+
+
+def _file_of(module: str) -> Path:
+    place = _ROOT.joinpath(*module.split("."))
+    return place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
 
 
 def prior_file(name: str) -> Traversable:

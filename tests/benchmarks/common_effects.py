@@ -32,7 +32,7 @@ from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import RecordScales
 from hdprog.parallel import hold_blas_to_one_thread
 from hdprog.tests_of_drive import trace_tests
-from tests.benchmarks.code_state import digest, sources
+from tests.benchmarks.code_state import digest, imported_by
 from tests.independent.drives import LAWS
 from tests.make_undeclared_effect import CASES, write_case
 
@@ -139,7 +139,7 @@ def main() -> None:
     results = {
         "command": "python -m tests.benchmarks.common_effects "
         f"--clean {asked.clean} --each {asked.each} --tests {asked.tests}",
-        "code": digest(sources("data", "discovery", "inference", "physics")),
+        "code": digest(imported_by("hdprog.tests_of_drive")),
         "threshold": THRESHOLD,
         "drives": lines,
     }

@@ -25,7 +25,7 @@ import numpy as np
 
 from hdprog.atomic import atomic_write_text
 from hdprog.parallel import hold_blas_to_one_thread
-from tests.benchmarks.code_state import digest, sources
+from tests.benchmarks.code_state import digest, imported_by
 from tests.benchmarks.whole_drive import COMMAND, EXIT_CODES
 from tests.independent.drives import LAWS, WearingDrive, first_crossing, random_wear
 from tests.independent.loops import LoopRecord, programme, record_loop, scatter, write_csv
@@ -38,7 +38,13 @@ LAST = 0.6  # of the horizon: hour of the last test
 RATED = 63.0
 _REACHED = 0.04 * RATED  # Nm between which lost motion is counted
 _SEED = 47
-PACKAGES = ("config", "data", "discovery", "forecast", "inference", "physics", "trend")
+HANGS_ON = (
+    "hdprog.data.drive_folder",
+    "hdprog.discovery.drive",
+    "hdprog.forecast.crossing",
+    "hdprog.inference.fit_loop",
+    "hdprog.trend.fitting",
+)
 
 
 def play(torque: FloatArray, zone: float) -> FloatArray:
@@ -236,7 +242,7 @@ def main() -> None:
                 print(json.dumps(drives[-1]), flush=True)
     results = {
         "command": f"python -m tests.benchmarks.growing_effects --each {asked.each}",
-        "code": digest(sources(*PACKAGES)),
+        "code": digest(imported_by(*HANGS_ON)),
         "summary": [summarised(drives, effect) for effect in FIGURES],
         "drives": drives,
     }

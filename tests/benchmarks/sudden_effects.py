@@ -20,9 +20,9 @@ import numpy as np
 
 from hdprog.atomic import atomic_write_text
 from hdprog.parallel import hold_blas_to_one_thread
-from tests.benchmarks.code_state import digest, sources
+from tests.benchmarks.code_state import digest, imported_by
 from tests.benchmarks.growing_effects import (
-    PACKAGES,
+    HANGS_ON,
     TESTS,
     forecast,
     summarised,
@@ -68,7 +68,7 @@ def main() -> None:
             print(json.dumps(drives[-1]), flush=True)
     results = {
         "command": f"python -m tests.benchmarks.sudden_effects --drives {asked.drives}",
-        "code": digest(sources(*PACKAGES)),
+        "code": digest(imported_by(*HANGS_ON)),
         "summary": summarised(drives, _EFFECT)
         | {"called": sum(bool(drive["called"]) for drive in drives)},
         "drives": drives,

@@ -45,22 +45,20 @@ from tests.benchmarks.calibration.loops import DRIVE, KINDS, PRIOR, draw, fit_rn
 from tests.benchmarks.calibration.picture import write_picture
 from tests.benchmarks.calibration.ranks import located, rank_of
 from tests.benchmarks.calibration.summary import in_words, summary
-from tests.benchmarks.code_state import digest, prior_file, sources
+from tests.benchmarks.code_state import digest, imported_by, prior_file
 from tests.benchmarks.rounded import rounded
 
 RESULTS = Path(__file__).parent / "results"
 PICTURE = Path(__file__).parents[3] / "reports" / "guide" / "calibration.png"
 REFITTED = 4
 """One in so many loops of each kind is fitted once more with the slip fixed."""
-_SOURCES = ("config", "data", "inference", "physics")
-_HERE = ("loops.py", "ranks.py", "faults.py")
 
 
 @lru_cache(maxsize=1)
 def state_of_code() -> str:
     """Digest of the sources that the outcome hangs on."""
-    here = [Path(__file__).parent / name for name in _HERE]
-    return digest([*sources(*_SOURCES), *here, prior_file(PRIOR)])
+    here = [f"tests.benchmarks.calibration.{name}" for name in ("faults", "loops", "ranks")]
+    return digest([*imported_by("hdprog.inference.fit_loop", *here), prior_file(PRIOR)])
 
 
 def measured(index: int, code: str, *, refit: bool) -> Outcome:

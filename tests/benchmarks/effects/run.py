@@ -36,7 +36,7 @@ from hdprog.discovery.separating import indistinguishable
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.parallel import hold_blas_to_one_thread
-from tests.benchmarks.code_state import digest, sources
+from tests.benchmarks.code_state import digest, imported_by
 from tests.benchmarks.effects import Outcome, read_outcomes
 from tests.benchmarks.effects.loops import LISTED, UNLISTED, Case, NotDrawable, cases, draw
 from tests.benchmarks.effects.picture import write_picture
@@ -45,15 +45,18 @@ from tests.independent.effects import EFFECTS
 
 RESULTS = Path(__file__).parent / "results"
 PICTURE = Path(__file__).parents[3] / "reports" / "guide" / "effects-confusion.png"
-_SOURCES = ("data", "discovery", "inference", "physics")
 
 
 @lru_cache(maxsize=1)
 def state_of_code() -> str:
     """Digest of the sources that the outcome hangs on."""
-    here = Path(__file__)
-    independent = sorted((here.parents[2] / "independent").rglob("*.py"))
-    return digest([*sources(*_SOURCES), *independent, here.parent / "loops.py"])
+    return digest(
+        imported_by(
+            "hdprog.discovery.search",
+            "hdprog.discovery.separating",
+            "tests.benchmarks.effects.loops",
+        )
+    )
 
 
 def measured(case: Case, index: int, code: str) -> Outcome:

@@ -37,7 +37,7 @@ from hdprog.trend.fitting import fit_trend
 from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.state_space import HYPERPARAMETERS, LOAD_SHARE
 from hdprog.trend.trend import Trend
-from tests.benchmarks.code_state import digest, prior_file, sources
+from tests.benchmarks.code_state import digest, imported_by, prior_file
 from tests.benchmarks.end_to_end.drives import (
     DRIVE,
     LATER,
@@ -55,16 +55,21 @@ from tests.benchmarks.end_to_end.summary import HIGHEST, in_words, summary
 RESULTS = Path(__file__).parent / "results"
 NARROW = 0.7
 """A planted fault: draws that lie about their median this much closer than they should."""
-_SOURCES = ("config", "data", "inference", "physics", "trend", "forecast")
 _JUST_AFTER = 1e-6  # hours past the last test
 
 
 @lru_cache(maxsize=1)
 def state_of_code() -> str:
     """Digest of the sources that the outcome hangs on."""
-    files = sources(*_SOURCES, without=["fleet.py"])  # these drives have no fleet
-    here = Path(__file__).parent / "drives.py"
-    return digest([*files, here, prior_file("csf-25-80"), prior_file("trend")])
+    files = imported_by(
+        "hdprog.forecast.crossing",
+        "hdprog.inference.fit_loop",
+        "hdprog.trend.figure_paths",
+        "hdprog.trend.fitting",
+        "tests.benchmarks.end_to_end.drives",
+        but=["hdprog.trend.fleet"],  # these drives have no fleet
+    )
+    return digest([*files, prior_file("csf-25-80"), prior_file("trend")])
 
 
 def measured(index: int) -> dict[str, Any]:

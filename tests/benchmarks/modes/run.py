@@ -35,7 +35,7 @@ from hdprog.inference.until_converged import FULL, SamplingPlan
 from hdprog.parallel import hold_blas_to_one_thread
 from hdprog.physics.parameters import FloatArray
 from tests.benchmarks.calibration.loops import DRIVE, PRIOR
-from tests.benchmarks.code_state import digest, prior_file, sources
+from tests.benchmarks.code_state import digest, imported_by, prior_file
 from tests.benchmarks.modes.annealed import Reference, anneal
 from tests.benchmarks.modes.cases import CASES, Case
 from tests.benchmarks.modes.compare import Compared, coordinates, deviations, missed
@@ -55,17 +55,18 @@ FULL_RUNS = 4
 HISTOGRAM_BINS = 70
 LARGEST_JACOBIAN_ERROR = 1e-5
 _JACOBIANS = 1000
-_SOURCES = ("config", "data", "inference", "physics")
 _PREPARE, _REFERENCE, _NESTED, _LONG, _FULL = range(5)  # streams of random numbers of a case
 
 
 @lru_cache(maxsize=1)
 def state_of_code() -> str:
     """Digest of the sources that a case's outcome hangs on."""
-    here = Path(__file__).parent
-    shared = [here.parent / "calibration" / "loops.py", here / "requirements.txt"]
-    own = [file for file in sorted(here.glob("*.py")) if file.stem not in ("summary", "picture")]
-    return digest([*sources(*_SOURCES), *shared, *own, prior_file(PRIOR)])
+    files = imported_by(
+        "hdprog.inference.fit_loop",
+        *(f"tests.benchmarks.modes.{name}" for name in ("annealed", "compare", "fused", "nested")),
+    )
+    packages = Path(__file__).parent / "requirements.txt"
+    return digest([*files, Path(__file__), packages, prior_file(PRIOR)])
 
 
 def measured(case: Case) -> dict[str, Any]:

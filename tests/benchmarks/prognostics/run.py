@@ -25,7 +25,7 @@ import numpy as np
 
 from hdprog.atomic import atomic_write_text
 from hdprog.parallel import hold_blas_to_one_thread
-from tests.benchmarks.code_state import digest, prior_file, sources
+from tests.benchmarks.code_state import digest, imported_by, prior_file
 from tests.benchmarks.prognostics import law_not_told
 from tests.benchmarks.prognostics.fleets import KINDS, SEED, Fleet, Kind, fleet
 from tests.benchmarks.prognostics.laws import LAWS, Law
@@ -39,26 +39,23 @@ RESULTS = Path(__file__).parent / "results"
 FLEETS = RESULTS / "fleets.jsonl"
 NOT_TOLD = RESULTS / "law_not_told.jsonl"
 PICTURE = Path(__file__).parents[3] / "reports" / "guide" / "prognostics.png"
-_SOURCES = ("forecast", "inference", "trend")
-_OF_THE_BOUND = ("curves", "evidence", "law_not_told", "populations")
-_OF_ALL = ("fleets", "laws", "method", "oracle", "scoring")
+_HERE = "tests.benchmarks.prognostics"
+_PEERS = ("progpy_filter", "statsmodels_trend", "straight_line", "surpyval_models")
 Result = dict[str, Any]
 
 
 @lru_cache(maxsize=1)
 def state_of_code() -> str:
     """Digest of the sources that a fleet's scores hang on."""
-    here, told = Path(__file__).parent, ("summary", "picture", "run", *_OF_THE_BOUND)
-    shared = [here.parent / "degradation" / "series.py", here / "requirements.txt"]
-    own = [file for file in sorted(here.glob("*.py")) if file.stem not in told]
-    return digest([*sources(*_SOURCES), *shared, *own, prior_file("trend")])
+    scored = (f"{_HERE}.{name}" for name in ("hdprog_trend", *_PEERS, "oracle", "scoring"))
+    packages = Path(__file__).parent / "requirements.txt"
+    return digest([*imported_by(*scored), packages, prior_file("trend")])
 
 
 @lru_cache(maxsize=1)
 def state_of_bound() -> str:
     """The same of the scores of the best forecast that is not told the law."""
-    own = [Path(__file__).parent / f"{name}.py" for name in (*_OF_THE_BOUND, *_OF_ALL)]
-    return digest([*sources("forecast"), *own])
+    return digest(imported_by(*(f"{_HERE}.{name}" for name in ("law_not_told", "scoring"))))
 
 
 def methods() -> dict[str, Method]:

@@ -23,7 +23,7 @@ from pathlib import Path
 
 from hdprog.atomic import atomic_write_text
 from hdprog.parallel import hold_blas_to_one_thread
-from tests.benchmarks.code_state import digest, sources
+from tests.benchmarks.code_state import digest, imported_by
 from tests.benchmarks.repeats import DRIVE, MODELS, Fit, read_fits
 from tests.benchmarks.repeats.control import control_fits, name_of
 from tests.benchmarks.repeats.fits import fits_of
@@ -34,8 +34,6 @@ from tests.benchmarks.rounded import rounded
 
 RESULTS = Path(__file__).parent / "results"
 PICTURE = Path(__file__).parents[3] / "reports" / "guide" / "repeats.png"
-_SOURCES = ("config", "data", "discovery", "inference", "physics")
-_HERE = ("records.py", "fits.py", "control.py")
 
 Job = tuple[str, str, Callable[[], Iterator[Fit]]]
 
@@ -43,7 +41,8 @@ Job = tuple[str, str, Callable[[], Iterator[Fit]]]
 @lru_cache(maxsize=1)
 def state_of_code() -> str:
     """Digest of the sources that the fits hang on."""
-    return digest([*sources(*_SOURCES), *(Path(__file__).parent / name for name in _HERE)])
+    here = [f"tests.benchmarks.repeats.{name}" for name in ("control", "fits", "records")]
+    return digest(imported_by(*here))
 
 
 def jobs(data: Path | None, control: int, only: str) -> Iterator[Job]:

@@ -35,7 +35,7 @@ import hdprog
 from hdprog.atomic import atomic_write_text
 from hdprog.inference.lazy_arviz import arviz
 from hdprog.parallel import hold_blas_to_one_thread
-from tests.benchmarks.code_state import digest, sources
+from tests.benchmarks.code_state import digest, imported_by
 from tests.benchmarks.rounded import rounded
 from tests.benchmarks.samplers import Outcome, read_outcomes
 from tests.benchmarks.samplers.ensemble import zeus_slices
@@ -73,14 +73,13 @@ UNLESS_ASKED = ("NumPyro NUTS, unconstrained",)
 """Left out of a run unless named: it shows what ridge coordinates are worth, at length."""
 _PACKAGES = ("numpy", "scipy", "emcee", "arviz", "jax", "jaxlib", "numba")
 _PEERS = ("numpyro", "blackjax", "nutpie", "zeus-mcmc", "dynesty")
-_SOURCES = ("config", "data", "inference", "physics")
 _ONE_THREAD = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
 
 
 @lru_cache(maxsize=1)
 def state_of_code() -> str:
     """Digest of the sources that a measurement hangs on."""
-    return digest(sources(*_SOURCES))
+    return digest(imported_by("hdprog.inference.fit_loop"))
 
 
 def on_one_core(core: int | None) -> None:
