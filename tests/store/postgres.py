@@ -106,11 +106,11 @@ def _wait(port: int, server: subprocess.Popen[bytes]) -> None:
 
 
 def cut_all(url: str) -> None:
-    """Cut all connections to a database, as a restart of its server does."""
+    """Cut all connections to a database, as a restart of its server does; wait until they are."""
     import psycopg
 
     with psycopg.connect(url, autocommit=True) as connection:
         connection.execute(
-            "SELECT pg_terminate_backend(pid) FROM pg_stat_activity "
+            "SELECT pg_terminate_backend(pid, 10000) FROM pg_stat_activity "
             "WHERE datname = current_database() AND pid <> pg_backend_pid()"
         )

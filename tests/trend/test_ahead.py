@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,8 +13,10 @@ from hdprog.trend.ahead import left_worn_out, simulate_ahead, worn_ahead
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.kalman_filter import RATE
 from hdprog.trend.state_space import Steps
+from hdprog.trend.trend import Trend
 from hdprog.trend.wear_prior import LogNormal, RateAhead, read_wear_prior
-from tests.trend.stand_in import PRIOR, wearing_drive
+from tests.trend.hasty import HASTY
+from tests.trend.stand_in import PRIOR, SimulatedLoop, wearing_drive
 
 FINE = 400
 REACHED = np.linspace(1.0, 2.0, FINE + 1)  # expected wear, from one unit to two
@@ -187,7 +190,7 @@ def test_a_drive_whose_pace_was_not_seen_is_not_expected_to_wear_ever_faster() -
     hours = np.array([0.0, 100.0, 1000.0])
     (first, second) = wearing_drive(rng, np.array([0.0, 0.1]), np.array([0.0, 300.0]))
     for tests, shown in (((first,), False), ((first, second), True)):
-        trend = fit_trend(tests, PRIOR, read_wear_prior(), np.random.default_rng(1), quick=True)
+        trend = _hasty_trend(tests)
         expected = trend.wear_prior.rate_ahead
         assert (trend._rate_ahead == expected) is shown
         if not shown:
@@ -196,10 +199,12 @@ def test_a_drive_whose_pace_was_not_seen_is_not_expected_to_wear_ever_faster() -
             # Half a unit of wear, by the middle loading of b, in a hundred hours.
             assert np.mean(gone > 1.3) < 0.2
     again = replace(second, event="replaced")
-    trend = fit_trend(
-        (first, again), PRIOR, read_wear_prior(), np.random.default_rng(1), quick=True
-    )
-    assert trend._rate_ahead.drift == 0.0
+    assert _hasty_trend((first, again))._rate_ahead.drift == 0.0
+
+
+def _hasty_trend(tests: Sequence[SimulatedLoop]) -> Trend:
+    rng = np.random.default_rng(1)
+    return fit_trend(tests, PRIOR, read_wear_prior(), rng, quick=True, joint_effort=HASTY)
 
 
 def test_random_steps_shrink_as_much_as_the_way_does_near_its_end() -> None:

@@ -15,6 +15,7 @@ from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.results import TrendSummary
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
+from hdprog.trend.joint_refit import Effort
 from hdprog.trend.kalman_filter import at_reference, per_step_of_warmth
 from hdprog.trend.smoother import draw, simulate
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
@@ -25,6 +26,7 @@ from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import Information, StatePrior, from_loop, slope, to_loop
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.trend.cold_and_hot import CHANGE, COLD_AND_HOT, HOURS, MU, REACHED, drive
+from tests.trend.hasty import HASTY
 from tests.trend.stand_in import ALPHA, NEW, PRIOR, WEAR
 
 WEAR_PRIOR = read_wear_prior()
@@ -133,9 +135,9 @@ def test_friction_is_known_better_than_without_temperature(scores: np.ndarray) -
 HOT = 3  # a hot test
 
 
-def fitted(temperatures: Sequence[float | None]) -> Trend:
-    tests = drive(temperatures)
-    return fit_trend(tests, PRIOR, WEAR_PRIOR, np.random.default_rng(5), quick=True)
+def fitted(temperatures: Sequence[float | None], effort: Effort | None = None) -> Trend:
+    tests, rng = drive(temperatures), np.random.default_rng(5)
+    return fit_trend(tests, PRIOR, WEAR_PRIOR, rng, quick=True, joint_effort=effort)
 
 
 @pytest.fixture(scope="module")
@@ -212,7 +214,7 @@ def test_a_missing_temperature_does_not_mislead() -> None:
 
 def test_equal_temperatures_leave_every_number_as_it_is() -> None:
     """Bit for bit, through fit, paths, tests and summary."""
-    none, same = fitted((None,) * 2), fitted((21.0,) * 2)
+    none, same = fitted((None,) * 2, HASTY), fitted((21.0,) * 2, HASTY)
     assert np.array_equal(none.draws.chains, same.draws.chains)
     later = np.array([2500.0, 4000.0])
     first, second = (
@@ -240,7 +242,8 @@ def test_a_replaced_drive_has_a_change_of_its_own() -> None:
     """Tests of one drive share their draws of it, those of two do not."""
     tests = drive(COLD_AND_HOT)
     tests[HOT] = replace(tests[HOT], event="replaced")
-    trend = fit_trend(tests, PRIOR, WEAR_PRIOR, np.random.default_rng(5), quick=True)
+    rng = np.random.default_rng(5)
+    trend = fit_trend(tests, PRIOR, WEAR_PRIOR, rng, quick=True, joint_effort=HASTY)
     added = warmth_added(trend, np.random.default_rng(1), 200)
     assert added is not None
     warmer = added[..., MU] / ((np.array(COLD_AND_HOT) - 25.0) / 10.0)

@@ -19,7 +19,9 @@ from hdprog.fleet_run import Fleet, LeftOut, run_fleet
 from hdprog.inference.until_converged import QUICK
 from hdprog.outcome import RUN_KEY
 from hdprog.shipped import shipped
+from hdprog.trend import fitting
 from tests.reporting.page import Page
+from tests.trend.hasty import HASTY
 from tests.workflow.test_run import edit, subset
 
 SHORT = replace(
@@ -31,6 +33,7 @@ SHORT = replace(
 def folder_fixture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A worn drive past its limit, one that has one test, and a broken folder."""
     monkeypatch.setattr(workflow, "QUICK", SHORT)
+    monkeypatch.setattr(fitting, "JOINT_QUICK", HASTY)
     fleet = tmp_path / "fleet"
     worn = subset(fleet / "cell1" / "worn", ["t10"])
     edit(worn, 'id = "wearing-csf-25-80"', 'id = "worn"')

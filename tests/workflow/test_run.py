@@ -18,9 +18,11 @@ from hdprog import workflow
 from hdprog.errors import BadInputError, UsageError
 from hdprog.inference.until_converged import QUICK
 from hdprog.shipped import shipped
+from hdprog.trend import fitting
 from hdprog.workflow import Outcome
 from tests.drive_folders import subset_of
 from tests.reporting.page import Page
+from tests.trend.hasty import HASTY
 
 DRIVE = Path(str(shipped("datasets"))) / "wearing-csf-25-80"
 LIMITS = [
@@ -218,6 +220,7 @@ def test_workers_change_nothing_and_two_tests_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(workflow, "QUICK", SHORT)
+    monkeypatch.setattr(fitting, "JOINT_QUICK", HASTY)
     folder = subset(tmp_path / "drive", ["t05", "t10"])
     steps: list[tuple[str, int, int]] = []
     summaries = []
@@ -245,6 +248,7 @@ def test_one_test_of_a_drive_past_its_limit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(workflow, "QUICK", SHORT)  # far past the limit: a few draws show it
+    monkeypatch.setattr(fitting, "JOINT_QUICK", HASTY)
     folder = subset(tmp_path / "drive", ["t10"])
     edit(folder, "above = 2.0", "above = 0.5")
     outcome = hdprog.run(folder, quick=True, workers=1)
