@@ -131,7 +131,8 @@ class OriginScores:
     Attributes
     ----------
     test_id, service_hours : of the last test that was known
-    known : number of tests known
+    new_at_hours : service hours of the drive's first test, since it was replaced if it was
+    known : number of tests known from there on
     converged : whether the trend converged
     crossings : one a limit that was not passed by then and of which something was seen later
     passed : keys of limits that were passed by then, of which nothing is left to forecast
@@ -140,6 +141,7 @@ class OriginScores:
 
     test_id: str
     service_hours: float
+    new_at_hours: float
     known: int
     converged: bool
     crossings: tuple[CrossingScore, ...]
@@ -199,7 +201,8 @@ def score_origin(
     return OriginScores(
         origin.test_id,
         now,
-        len(evidence),
+        earlier[0].service_hours,
+        len(earlier),
         trend.converged,
         tuple(crossings),
         tuple(passed),

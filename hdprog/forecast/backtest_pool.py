@@ -148,7 +148,7 @@ class CrossingCourse:
     Attributes
     ----------
     drive_id, key : whose and of which limit's figure
-    first_hours : service hours of the drive's first test
+    first_hours : service hours of the drive's first test, since it was replaced if it was
     crossed_at : service hours of the crossing
     origins : service hours of the origins
     scores : at the origins
@@ -232,12 +232,12 @@ def crossing_courses(drives: Sequence[DriveScores]) -> tuple[CrossingCourse, ...
         seen = [score for score in drive.crossings if score.crossing_seen]
         for limit, crossed_at in dict.fromkeys((one.limit, one.crossed_at) for one in seen):
             found = [
-                (origin.service_hours, score)
+                (origin, score)
                 for origin in drive.origins
                 for score in origin.crossings
                 if (score.limit, score.crossed_at) == (limit, crossed_at)
             ]
-            hours = [at for at, _ in found]
+            hours = [origin.service_hours for origin, _ in found]
             scores = [score for _, score in found]
             accurate = [(score.within_alpha or 0.0) > _ACCURATE for score in scores]
             known = [score.accuracy for score in scores if score.accuracy is not None]
@@ -246,7 +246,7 @@ def crossing_courses(drives: Sequence[DriveScores]) -> tuple[CrossingCourse, ...
                 CrossingCourse(
                     drive.drive_id,
                     limit.key,
-                    drive.origins[0].service_hours,
+                    found[0][0].new_at_hours,
                     crossed_at,
                     tuple(hours),
                     tuple(scores),
@@ -261,5 +261,15 @@ def distinct_crossings(drives: Sequence[DriveScores]) -> int:
     """Crossings (of a limit by a drive) that were forecast, from however many origins.
 
     What is crossed again counts once all the same: tests that scatter about a limit cross it often.
+    A drive that replaced another is one of its own.
     """
-    return sum(len({score.limit for score in drive.crossings}) for drive in drives)
+    return sum(
+        len(
+            {
+                (origin.new_at_hours, score.limit)
+                for origin in one.origins
+                for score in origin.crossings
+            }
+        )
+        for one in drives
+    )

@@ -116,7 +116,7 @@ def test_a_limit_not_passed_is_scored_up_to_the_last_test_only() -> None:
 
 def drive_of(*scores: CrossingScore) -> DriveScores:
     origins = [
-        OriginScores(f"t{n}", 100.0, 3, True, (one,), (), ()) for n, one in enumerate(scores)
+        OriginScores(f"t{n}", 100.0, 0.0, 3, True, (one,), (), ()) for n, one in enumerate(scores)
     ]
     return DriveScores("d", "d", len(scores) + 1, 900.0, (), tuple(origins))
 
@@ -151,6 +151,15 @@ def test_a_limit_that_is_crossed_again_is_another_crossing() -> None:
     courses = crossing_courses([drive])
     assert [course.crossed_at for course in courses] == [300.0, 700.0]
     assert [len(course.scores) for course in courses] == [2, 1]
+    assert distinct_crossings([drive]) == 1
+
+
+def test_the_life_of_a_drive_that_replaced_another_is_its_own() -> None:
+    drive = drive_of(score(300.0), score(700.0))
+    new = dataclasses.replace(drive.origins[1], service_hours=500.0, new_at_hours=450.0)
+    drive = dataclasses.replace(drive, origins=(drive.origins[0], new))
+    assert [course.first_hours for course in crossing_courses([drive])] == [0.0, 450.0]
+    assert distinct_crossings([drive]) == 2
 
 
 @pytest.fixture(scope="module")
@@ -272,8 +281,9 @@ def test_the_straight_line_is_not_drawn_through_the_drive_that_was_replaced(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     seen = [a_test("a", 100, 1.8), a_test("b", 200, 0.5, "replaced"), a_test("c", 300, 0.6)]
-    _, earlier = score_from(monkeypatch, [*seen, a_test("d", 400, 0.7)], 3, Truth({}, 900.0))
+    found, earlier = score_from(monkeypatch, [*seen, a_test("d", 400, 0.7)], 3, Truth({}, 900.0))
     assert earlier == ["b", "c"]
+    assert (found.new_at_hours, found.known) == (200.0, 2)
 
 
 def test_forecasts_near_a_limit_are_scored_as_those_of_drives_that_are_not_past_it(

@@ -33,7 +33,7 @@ def origin(name: str, now: float, crossed_at: float, *, converged: bool = True) 
     levels = {0.05: 0.9, 0.25: 1.0, 0.5: 1.1, 0.75: 1.2, 0.95: 1.3}
     held = {0.5: True, 0.9: True}
     next_test = FigureScore(LOST.key, "next", now + 50, 1, 1.1, levels, held, 0.02, 0.5, 0.04)
-    return OriginScores(name, now, 3, converged, (score,), (), (next_test,))
+    return OriginScores(name, now, 0.0, 3, converged, (score,), (), (next_test,))
 
 
 def drive(name: str, crossed_at: float, **options: bool) -> DriveScores:

@@ -50,9 +50,9 @@ def warnings(result: BacktestResult) -> list[str]:
 
 
 def by_known(result: BacktestResult) -> Table:
-    """Forecasts by the number of tests that they rest on."""
+    """Forecasts by the number of tests, of a drive that replaced another its own."""
     groups: list[tuple[str, str, list[CrossingScore]]] = [
-        ("1 test", "the pace of wear is the prior's alone", []),
+        ("1 test", "the pace of wear is the prior's, or that of the drive before", []),
         ("2 tests", "the pace leans on the prior", []),
         ("3 tests and more", "", []),
     ]
