@@ -13,6 +13,7 @@ from hdprog.reporting.json_of_test import test_json
 from hdprog.reporting.json_of_trend import trend_json
 from hdprog.reporting.json_values import number, numbers, quantiles
 from hdprog.reporting.outlook import next_test_hours
+from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.verdict import verdict
 from hdprog.reporting.words import FIRST_LIMIT, keyboard_signs, quantity
 from hdprog.results import DriveResult, Forecast, Provenance
@@ -27,6 +28,9 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
     empty for a single fit.
     """
     said, by_test = verdict(result), explanations(result)
+    with shown_in(result.drive.report):  # words have the reader's units, numbers their own
+        trend = None if result.trend is None else trend_json(result.trend, result.tests)
+        declared = [keyboard_signs(text) for text in declared_words(result)]
     return {
         "schema": SCHEMA,
         "hdprog_version": result.provenance.hdprog_version,
@@ -41,13 +45,13 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
         },
         "next_test_hours": number(next_test_hours(result)),
         "tests": [test_json(test, by_test.get(test.test_id)) for test in result.tests],
-        "trend": None if result.trend is None else trend_json(result.trend, result.tests),
+        "trend": trend,
         "forecast": [_forecast(forecast) for forecast in result.forecasts],
         "load_scenarios": [
             {"load": number(one.load), "forecast": [_forecast(each) for each in one.forecasts]}
             for one in result.scenarios
         ],
-        "warnings": [*result.warnings, *map(keyboard_signs, declared_words(result))],
+        "warnings": [*result.warnings, *declared],
         "units": _units(result),
         "report": {
             "angle_unit": result.drive.report.angle_unit,

@@ -16,7 +16,7 @@ from hdprog.reporting.sections.paper_method import paper_method
 from hdprog.reporting.sections.table import Cell, Value
 from hdprog.reporting.summary import summary_json
 from hdprog.reporting.verdict import verdict
-from hdprog.results import DriveResult, PaperIdentification
+from hdprog.results import DriveResult, NotReproduced, PaperIdentification
 from tests.reporting import drives, explanations
 from tests.reporting.page import Page, spaced
 
@@ -88,6 +88,21 @@ def test_the_summary_keeps_its_units_and_names_the_readers() -> None:
     assert own is not None
     assert (course.unit, own.unit) == ("arcmin", "mrad")
     assert own.limit / course.limit == pytest.approx(0.2908882, rel=1e-6)
+
+
+def test_sentences_of_the_summary_have_the_readers_units() -> None:
+    """As its verdict has, which stands beside them."""
+    result = drives.wearing(drives.LOST_MOTION, count=3)
+    assert result.trend is not None
+    seen = NotReproduced(drives.LOST_MOTION.key, (1,), 1, (0.9, 1.0, 1.1), (1.9, 2.0, 2.1))
+    far = replace(drives.SECANT, at_torque_Nm=90.0)
+    drive = replace(result.drive, limits=(*result.drive.limits, far), report=POUNDS)
+    trend = replace(result.trend, not_reproduced=(seen,))
+    summary = summary_json(replace(result, drive=drive, trend=trend))
+    said = " ".join([*summary["trend"]["warnings"], *summary["warnings"]])
+    assert "mrad (90 %)" in spaced(said)
+    assert "at 797 in·lbf has a limit" in spaced(said)
+    assert re.findall(r"\b(?:arcmin|Nm)\b", said) == []
 
 
 def test_drive_toml_sets_the_units_however_they_are_spelt() -> None:
