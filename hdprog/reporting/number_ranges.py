@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from hdprog.reporting.rounding import MINUS
+
 # A number by itself, not a part of a name such as K1 or t07; thin or plain spaces by thousands.
 _NUMBER = re.compile(
-    r"(?<![\w.@-])\d+(?:[\u2009\u202f\u00a0 ]\d{3}(?!\d))*(?:\.\d+)?(?![\w.]*[A-Za-z_])"
+    r"(?<![\w.@-])\u2212?\d+(?:[\u2009\u202f\u00a0 ]\d{3}(?!\d))*(?:\.\d+)?(?![\w.]*[A-Za-z_])"
 )
 
 
@@ -29,4 +31,4 @@ def _range(numbers: Sequence[str]) -> str:
 
 
 def _value(number: str) -> float:
-    return float(re.sub(r"\s", "", number))
+    return float(re.sub(r"\s", "", number).replace(MINUS, "-"))

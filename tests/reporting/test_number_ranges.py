@@ -24,6 +24,11 @@ def test_thousands_are_one_number() -> None:
     assert joined(texts) == "Within 4 000 to 12 000 steps."
 
 
+def test_a_minus_sign_is_the_numbers() -> None:
+    texts = ["It moves by \u22123 %.", "It moves by 5 %.", "It moves by \u22127 %."]
+    assert joined(texts) == "It moves by \u22127 to 5 %."
+
+
 def test_names_with_digits_are_not_numbers() -> None:
     assert shape_of("K1 of t07 at secant@14Nm") == "K1 of t07 at secant@14Nm"
     assert shape_of("K1 is low") != shape_of("K2 is low")
