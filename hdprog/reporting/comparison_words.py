@@ -41,7 +41,7 @@ def verdict(result: Comparison) -> Verdict:
 
 def _best(result: Comparison) -> str:
     best, *others = result.level
-    name = f"The {best.words}" if best.id == DRIVE else capital(best.words)
+    name = capital(_named(best))
     if others:
         return (
             f"{name} predicts this record best, but {listed(one.words for one in others)} cannot "
@@ -54,6 +54,10 @@ def _best(result: Comparison) -> str:
         f"{name} predicts this record best; next comes {following.words}, "
         f"{difference(following)} behind in log predictive density."
     )
+
+
+def _named(model: ComparedModel) -> str:
+    return f"the {model.words}" if model.id == DRIVE else model.words
 
 
 def _drive(result: Comparison) -> list[str]:
@@ -92,7 +96,8 @@ def _agreement(result: Comparison) -> list[str]:
     low, high = min(named.values()), max(named.values())
     at = torque_words(result.amplitude)
     if len(level) == 1:
-        return [f"Its local stiffness at {at} is {significant(low)} Nm/rad."]
+        whose = "Its" if level[0] is result.models[0] else f"By {_named(level[0])} the"
+        return [f"{whose} local stiffness at {at} is {significant(low)} Nm/rad."]
     apart = share(round((high - low) / low, 3))
     return [
         f"{agree(len(level), 'It puts', 'They put')} the local stiffness at {at} between "

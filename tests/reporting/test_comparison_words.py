@@ -8,9 +8,10 @@ from typing import cast
 import numpy as np
 import pytest
 
-from hdprog.comparison.results import ComparedModel, StiffnessBand
+from hdprog.comparison.results import ComparedModel, Comparison, StiffnessBand
 from hdprog.physics.figures import ARCMIN_PER_RAD
-from hdprog.reporting.comparison_words import at_end, width
+from hdprog.reporting.comparison_words import at_end, verdict, width
+from hdprog.reporting.figures.model_stiffness import _alt
 
 
 def band(*torque: float) -> StiffnessBand:
@@ -29,6 +30,27 @@ def test_median_and_interval_are_of_the_same_torque(
 ) -> None:
     """Of a model that is not alike at both ends the median stood outside of its interval."""
     assert at_end(band(*torque)) == (stiffness - 1.0, stiffness, stiffness + 1.0)
+
+
+def rigid_first() -> Comparison:
+    """The rigid model is best, and the drive model level with it."""
+    errors = SimpleNamespace(heldout_rmse_rad=7e-6)
+    models = [
+        SimpleNamespace(id="rigid", words="rigid drive", stiffness=None, errors=errors),
+        SimpleNamespace(id="drive", words="drive model", stiffness=band(5.0, 50.0), errors=errors),
+    ]
+    found = SimpleNamespace(
+        models=models, level=models, amplitude=50.0, noise_floor_rad=7e-6, converged=True
+    )
+    found.of = {one.id: one for one in models}.get
+    return cast("Comparison", found)
+
+
+def test_a_stiffness_is_said_of_the_model_that_yields() -> None:
+    """Where the rigid one is best, "its" stiffness was the drive model's."""
+    found = rigid_first()
+    assert "By the drive model the local stiffness at 50" in verdict(found).text
+    assert _alt(found, found.models[1:]).startswith("On the drive model the local stiffness runs")
 
 
 @pytest.mark.parametrize(

@@ -91,9 +91,10 @@ def _top(shown: list[ComparedModel]) -> float:
 
 def _alt(result: Comparison, shown: list[ComparedModel]) -> str:
     curves = {one.id: one.stiffness.quantiles[0.5] for one in shown if one.stiffness is not None}
-    best = curves.get(result.models[0].id, curves[DRIVE])
-    ends = sorted(float(value) for value in (np.nanmin(best), np.nanmax(best)))
+    which, curve = "best", curves.get(result.models[0].id)
+    if curve is None:  # of the rigid model
+        which, curve = "drive", curves[DRIVE]
     return (
-        f"On the best model the local stiffness runs from {significant(ends[0])} to "
-        f"{significant(ends[1])} Nm/rad up to {torque_words(result.amplitude)}."
+        f"On the {which} model the local stiffness runs from {significant(float(np.nanmin(curve)))}"
+        f" to {significant(float(np.nanmax(curve)))} Nm/rad up to {torque_words(result.amplitude)}."
     )
