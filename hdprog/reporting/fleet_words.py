@@ -91,7 +91,7 @@ def fleet_entry(summary: Mapping[str, Any]) -> FleetEntry:
         status=verdict["status"],
         provisional=verdict["provisional"],
         label=verdict["label"],
-        sentence=_sentence(verdict["text"]),
+        sentence=_sentence(verdict),
         rank=rank,
         rank_hours=hours,
         remaining_hours={name: remaining.get(name) for name in ("q05", "q50", "q95") if remaining},
@@ -134,9 +134,10 @@ def _risk_now(forecast: Mapping[str, Any]) -> float:
     return float(table[0][1]) if table else 0.0
 
 
-def _sentence(text: str) -> str:
+def _sentence(verdict: Mapping[str, Any]) -> str:
     """Give the first sentence that tells of the drive, rather than of its fits."""
-    sentences = _SENTENCE_END.split(text)
+    # Summaries of long ago have the text alone, where a test's name may look like an end.
+    sentences = list(verdict.get("sentences") or _SENTENCE_END.split(verdict["text"]))
     while len(sentences) > 1 and sentences[0].startswith(_CAVEATS):
         del sentences[0]
     return tidy(sentences[0])

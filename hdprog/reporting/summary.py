@@ -42,6 +42,7 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
             "provisional": said.provisional,
             "label": said.label,
             "text": keyboard_signs(said.text),
+            "sentences": [keyboard_signs(sentence) for sentence in said.sentences],
         },
         "next_test_hours": number(next_test_hours(result)),
         "tests": [test_json(test, by_test.get(test.test_id)) for test in result.tests],

@@ -9,6 +9,7 @@ import pytest
 from hdprog.reporting.fleet_words import fleet_entry
 from hdprog.reporting.sparkline import sparkline
 from hdprog.reporting.summary import summary_json
+from hdprog.reporting.words import tidy
 from hdprog.results import DriveResult
 from tests.reporting import drives
 from tests.reporting.page import spaced
@@ -44,6 +45,16 @@ def test_what_did_not_converge_says_so_beside_the_sentence() -> None:
     assert entry.provisional
     assert "provisional" in entry.label
     assert not entry.sentence.startswith("Not converged")
+
+
+def test_a_name_with_a_full_stop_ends_no_sentence() -> None:
+    summary = summary_json(drives.not_converged())
+    test = next(one["test_id"] for one in summary["tests"] if not one["converged"])
+    told = [text.replace(test, "No. B") for text in summary["verdict"]["sentences"]]
+    summary["verdict"] |= {"text": " ".join(told), "sentences": told}
+    assert fleet_entry(summary).sentence == tidy(told[1])
+    del summary["verdict"]["sentences"]  # as summaries were once
+    assert fleet_entry(summary).sentence.startswith("B")
 
 
 def test_the_course_is_of_the_leading_figure() -> None:
