@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from hdprog.atomic import atomic_directory
+from hdprog.beside_report import require_no_other_report
 from hdprog.config import ReportSettings
 from hdprog.errors import UsageError
 from hdprog.explanation import DriveExplanation, ErrorFigures, Explanation, FoundEffect
@@ -41,6 +42,7 @@ def write_beside_report(out: Path, name: str, document: Mapping[str, Any], repor
 
     A report.pdf of before goes: it would be another report than the one beside it.
     """
+    require_no_other_report(out, name)
     with atomic_directory(out, ("report.pdf",)) as folder:
         text = json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False)
         (folder / name).write_text(text + "\n", "utf-8")
@@ -147,7 +149,13 @@ class Outcome:
         out : the folder
         command : as typed, for the provenance
         workers : processes; one a core if None
+
+        Raises
+        ------
+        BadInputError
+            where results of another kind lie, whose report would be lost
         """
+        require_no_other_report(Path(out), "posterior.nc" if self.single else "posteriors")
         from hdprog.reporting.build import build_report
         from hdprog.reporting.explain_json import explain_json
 

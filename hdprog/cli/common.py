@@ -11,23 +11,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import typer
 
+from hdprog.beside_report import require_no_other_report
 from hdprog.cli.exits import ExitCode
-from hdprog.errors import BadInputError, UsageError
+from hdprog.errors import UsageError
 
 if TYPE_CHECKING:
     from hdprog.config import Drive, ReportSettings
     from hdprog.data.loop import Loop
     from hdprog.outcome import Outcome
-
-
-# What lies beside a report.html tells what was reported, and which commands write the two.
-_BESIDE = {
-    "posteriors": "`hdprog run` or `explain` of a drive",
-    "posterior.nc": "`hdprog fit` or `explain` of a record",
-    "compare.json": "`hdprog compare`",
-    "backtest.json": "`hdprog backtest`",
-    "reproduction.json": "`hdprog reproduce-paper`",
-}
 
 
 class Writable(Protocol):
@@ -99,20 +90,8 @@ def output_folder(
             "can. Give another folder with --out DIR."
         )
     if beside is not None:
-        _require_no_other_report(folder, beside)
+        require_no_other_report(folder, beside, f"--out {folder}")
     return folder
-
-
-def _require_no_other_report(folder: Path, beside: str) -> None:
-    """Refuse to replace a report.html that belongs to results of another kind."""
-    for other, commands in _BESIDE.items():
-        if other != beside and (folder / other).exists():
-            raise BadInputError(
-                f"the {other} of {commands}, whose report.html would be replaced",
-                f"--out {folder}",
-                f"a new folder, or one with earlier results of {_BESIDE[beside]}",
-                "Give another folder with --out DIR.",
-            )
 
 
 def read_record(
