@@ -81,8 +81,12 @@ class Outcome:
 
     @property
     def converged(self) -> bool:
-        """Whether every fit and the trend converged."""
-        return self.result.converged
+        """Whether every fit and the trend converged, the drive model alone in every test too."""
+        found = self.result.explanation
+        if found is None:
+            return self.result.converged
+        alone = found.tests if isinstance(found, DriveExplanation) else (found,)
+        return self.result.converged and all(test.converged for test in alone)
 
     @property
     def sentence(self) -> str:
@@ -229,13 +233,6 @@ class ExplainOutcome(Outcome):
         """Everything that was found."""
         assert self.result.explanation is not None
         return self.result.explanation
-
-    @property
-    def converged(self) -> bool:
-        """Whether every fit converged, those of the drive model alone among them."""
-        found = self.explanation
-        tests = found.tests if isinstance(found, DriveExplanation) else (found,)
-        return super().converged and all(test.converged for test in tests)
 
     @property
     def verdict(self) -> str:

@@ -185,8 +185,8 @@ def conclude(
         if "--quick" in command:
             again = "without --quick, or with another --seed"
         typer.echo(
-            "Not converged: the numbers are provisional and the report is marked. Run again "
-            f"{again}.",
+            "Not converged: the report names the fits, and what rests on them is provisional. "
+            f"Run again {again}.",
             err=True,
         )
         raise typer.Exit(ExitCode.NOT_CONVERGED)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from hdprog.outcome import ExplainOutcome, Outcome
 from hdprog.reporting.build import build_report
 from hdprog.reporting.sections.warnings import warnings
 from hdprog.results import DriveResult
@@ -37,6 +38,10 @@ def test_which_fit_did_not_converge_is_said_once(stuck: tuple[str, ...], named: 
     assert ("the drive model alone, fitted to compare, did not in test t01" in method(result)) == (
         alone
     )
+    # A command ends by what the outcome says: a run of a drive as an explanation of it.
+    assert result.converged is alone
+    for outcome in (Outcome, ExplainOutcome):
+        assert not outcome(result, (), single=True).converged
 
 
 def test_one_fit_is_named_where_nothing_was_added() -> None:
