@@ -154,7 +154,7 @@ def fit_and_close(
     counted = _counted(fits, "fits", count, progress)
     for one, found, test, seed in zip(counted, traced, folder.tests, closing, strict=True):
         fitted.append(one)
-        closed.append(begin(executor, _close, found, one.posterior, test, seed))
+        closed.append(begin(executor, _close, found, one.posterior, test, seed, count == 1))
     return fitted, _counted((one.result() for one in closed), "trend", count + 1, progress)
 
 
@@ -196,7 +196,11 @@ def _sample(
 
 
 def _close(
-    traced: Traced, after: Posterior, test: DriveTest, seed: np.random.SeedSequence
+    traced: Traced,
+    after: Posterior,
+    test: DriveTest,
+    seed: np.random.SeedSequence,
+    alone: bool,
 ) -> Closed:
     rng = np.random.default_rng(seed)
     return explain(
@@ -206,5 +210,5 @@ def _close(
         rng,
         test_id=test.test_id,
         service_hours=test.service_hours,
-        weigh_others=False,
+        weigh_others=alone,
     )

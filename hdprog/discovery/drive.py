@@ -269,6 +269,8 @@ def _considered(
     traced: Sequence[Traced], closed: Sequence[Closed], found: set[str]
 ) -> tuple[ConsideredEffect, ...]:
     """What was looked at and not added, best first, then what no test can show."""
+    if len(closed) == 1:  # there is nothing to pool
+        return closed[0].explanation.considered
     gains = [
         {name: gain_of_steps(name, stage)[0] for name in {n for step in stage for n in step.models}}
         for stage in zip(*(record.steps for record in traced), strict=True)
