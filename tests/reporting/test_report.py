@@ -268,6 +268,9 @@ def test_angles_of_loops_to_different_torques_are_not_compared() -> None:
     assert told(tests[0], replace(tests[1], fit=small)).endswith(
         "and the torque over it from 125 to 62.6 Nm: the angles do not compare."
     )
+    new = replace(tests[1], event="replaced")
+    assert told(tests[0], new).startswith("The last test, the first since the drive was replaced,")
+    assert told(*tests, new, new).count("since the drive was replaced") == 1
 
 
 def test_a_test_whose_name_begins_with_an_underscore_is_in_the_legend() -> None:

@@ -35,6 +35,7 @@ def test_of_two_tests_at_the_same_hours_the_one_that_did_not_converge_is_marked(
     [
         (drives.past_limit(), "inspect now; "),
         (drives.wearing(count=2), "test again before the inspection hour; "),
+        (drives.healthy(), "where points leave the fan, "),
     ],
 )
 def test_it_asks_for_what_the_verdict_does(result: DriveResult, action: str) -> None:
@@ -44,3 +45,5 @@ def test_it_asks_for_what_the_verdict_does(result: DriveResult, action: str) -> 
             result.trend.figures[KEY], result.forecasts[0], result.tests, doubtful=False
         )
     assert drawn.action.startswith(action)
+    # What a caption explains is there to be seen.
+    assert ("hill" in drawn.shows) == (not result.forecasts[0].already_crossed)

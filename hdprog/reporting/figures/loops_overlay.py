@@ -16,7 +16,7 @@ from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.reader_units import loop_angle, loop_torque
 from hdprog.reporting.rounding import hours, significant
 from hdprog.reporting.style import MUTED, Picture, new_figure, picture
-from hdprog.results import TestResult
+from hdprog.results import TestResult, since_replaced
 
 _MOST_LABELS = 12
 _MOST_POINTS = 240  # of each loop
@@ -109,12 +109,20 @@ def _label(test: TestResult) -> str:
 
 
 def _alt(tests: Sequence[TestResult]) -> str:
-    first, last = (_full_angle(tests[i]) for i in (0, -1))
+    own = since_replaced(tests)
+    since = "" if len(own) == len(tests) else " since the drive was replaced"
+    first, last = (_full_angle(own[i]) for i in (0, -1))
+    unit = loop_angle().unit
+    if len(own) == 1:
+        return (
+            f"The last test, the first{since}, has a torsion angle of {significant(last)} {unit} "
+            "over the whole loop."
+        )
     text = (
-        f"From the first test to the last the torsion angle over the whole loop went from "
-        f"{significant(first)} to {significant(last)} {loop_angle().unit}"
+        f"From the first test{since} to the last the torsion angle over the whole loop went from "
+        f"{significant(first)} to {significant(last)} {unit}"
     )
-    torque = [loop_torque().factor * float(np.ptp(tests[i].fit.torque)) for i in (0, -1)]
+    torque = [loop_torque().factor * float(np.ptp(own[i].fit.torque)) for i in (0, -1)]
     if abs(torque[1] - torque[0]) <= _SAME_TORQUE * torque[0]:
         return f"{text}."
     return (

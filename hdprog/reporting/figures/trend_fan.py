@@ -80,21 +80,39 @@ def trend_fan(
         shows=(
             f"{capital(named.name)}: {named.meaning}. Points with bars are the tests, each by"
             f" itself{as_if_at(trend.reference_C)} (median, 90 %); the fan is the drive's state and"
-            " its forecast without the scatter of remounting (dark 50 %, pale 90 %). The hill on"
-            " the limit line is the density of the hour at which it is passed; the bar spans 90 %"
-            " of it (an arrow: it goes on), the diamond is its middle."
+            " its forecast without the scatter of remounting (dark 50 %, pale 90 %)."
+            + _crossing_shown(forecast)
         ),
         good="the points scatter about the fan by about their own bars; the fan stays clear of"
         " the limit.",
         bad=f"the fan {worse} into the limit, or points lie outside it one after the other: wear"
         " has then changed its pace and the forecast is late in seeing it.",
-        action=(
-            "inspect now" if outlook.due_now(forecast) else "test again before the inspection hour"
-        )
-        + "; where points leave the fan, test at half the interval.",
+        action=_action(forecast),
         data=trend_numbers(trend, forecast),
         doubtful=doubtful,
     )
+
+
+def _crossing_shown(forecast: Forecast) -> str:
+    """What stands on the limit line: nothing where the limit is passed."""
+    if (
+        forecast.already_crossed
+        or not crossing_density(forecast, forecast.crossing_probability[:, 0]).any()
+    ):
+        return ""
+    said = " The hill on the limit line is the density of the hour at which it is passed"
+    if outlook.crossing_hours(forecast).get(0.05) is None:
+        return f"{said}."
+    return f"{said}; the bar spans 90 % of it (an arrow: it goes on), the diamond is its middle."
+
+
+def _action(forecast: Forecast) -> str:
+    asked = ""
+    if outlook.due_now(forecast):
+        asked = "inspect now; "
+    elif forecast.inspect_before_hours is not None:
+        asked = "test again before the inspection hour; "
+    return f"{asked}where points leave the fan, test at half the interval."
 
 
 def _converted(trend: FigureTrend, factor: float) -> FigureTrend:
