@@ -30,6 +30,9 @@ LIMITS: tuple[tuple[FigureRequest, str, float], ...] = (
     (FigureRequest("hysteresis_width_arcmin"), "below", 0.30),
 )
 _LOADING_RATE = 2.0  # Nm/s
+_TURNING = 0.1  # of the usual time between readings: the least that a turn between two takes
+# Below, the noise hides the loop; far above rated torque, teeth jump.
+_LEAST_TORQUE, _LARGEST_TORQUE = 10 * TORQUE_STEP, 1000.0
 _DRIVE_TOML = """\
 [drive]
 id = {name}
@@ -122,15 +125,24 @@ def measured_loop(
         angle = angle + effects.added(parameters, initial)
     angle = angle + rng.uniform(-1e-3, 1e-3) + ANGLE_NOISE * rng.standard_normal(angle.size)
     read = torque + TORQUE_NOISE * rng.standard_normal(torque.size)
-    travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(torque)))])
     columns = {
-        "time_s": travelled / _LOADING_RATE if effects is None else effects.time,
+        "time_s": _times_of(torque) if effects is None else effects.time,
         "torque_Nm": np.round(read / TORQUE_STEP) * TORQUE_STEP,
         "angle_rad": np.round(angle / ANGLE_STEP) * ANGLE_STEP,
     }
     if effects is not None and effects.output_angle is not None:
         columns["output_angle_rad"] = effects.output_angle
     return columns
+
+
+def _times_of(torque: FloatArray) -> FloatArray:
+    """Times (samples,) in s of readings at the usual loading rate.
+
+    Two at the same torque, with a turning point midway between them, are still not simultaneous.
+    """
+    steps = np.abs(np.diff(torque))
+    travelled = np.cumsum(np.maximum(steps, _TURNING * np.median(steps)))
+    return np.concatenate([[0.0], travelled]) / _LOADING_RATE
 
 
 def write_drive_folder(
@@ -170,10 +182,11 @@ def write_drive_folder(
     BadInputError
         if the folder holds a drive that was not simulated
     """
-    if max_torque_Nm <= 0 or samples < 20 * cycles:
+    if not _LEAST_TORQUE <= max_torque_Nm <= _LARGEST_TORQUE or samples < 20 * cycles:
         raise UsageError(
             f"--max-torque, --samples: found {max_torque_Nm:g} Nm and {samples} samples for "
-            f"{cycles} cycles; expected a torque above zero and 20 samples a cycle or more"
+            f"{cycles} cycles; expected {_LEAST_TORQUE:g} to {_LARGEST_TORQUE:g} Nm and 20 samples "
+            "a cycle or more"
         )
     chosen = chosen_effects(effects, cycles=cycles, one_sided=one_sided)
     _require_no_drive_of_others(out)
@@ -272,8 +285,10 @@ def _limit_toml(request: FigureRequest, direction: str, threshold: float) -> str
 
 def _write_loop(path: Path, table: dict[str, FloatArray], *, quick: bool) -> None:
     """Write a table; `quick` readings follow one another in hundredths of a second."""
+    shortest = float(np.diff(table["time_s"]).min())
+    decimals = max(6 if quick else 3, 1 - math.floor(math.log10(shortest)))
     formats = {
-        "time_s": "{:.6f}" if quick else "{:.3f}",
+        "time_s": f"{{:.{decimals}f}}",
         "torque_Nm": "{:.1f}",
         "angle_rad": "{:.8f}",
         "output_angle_rad": "{:.8f}",

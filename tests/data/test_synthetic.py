@@ -138,6 +138,25 @@ def test_whatever_is_made_can_be_read(tmp_path: Path, name: str, hours: float) -
     assert check_path(made).ok
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"one_sided": True, "samples": 900, "cycles": 3},
+        {"samples": 303, "cycles": 3},
+        {"samples": 20_000, "max_torque_Nm": 1.0},
+    ],
+)
+def test_no_two_readings_are_simultaneous(tmp_path: Path, changes: dict[str, Any]) -> None:
+    """Where the torque turned midway between two, or within a millisecond, they were untimed."""
+    folder = read_drive_folder(simulated(tmp_path / "d", tests=1, **changes))
+    loop = read_test_loop(folder, folder.tests[0])
+    assert loop.warnings == ()
+    assert loop.time is not None
+    wanted = {**DEFAULTS, **changes}
+    legs = 2 * wanted["cycles"] if wanted["one_sided"] else 4 * wanted["cycles"]
+    assert loop.time[-1] == pytest.approx(legs * wanted["max_torque_Nm"] / 2.0, rel=0.02)
+
+
 def test_mounting_scatters_each_parameter_by_a_per_cent(drive: Path) -> None:
     deviations = [
         np.log(test["mounted"][name] / value)
@@ -238,6 +257,8 @@ def test_a_shipped_dataset_is_made_by_the_command_it_names(
     "changes",
     [
         {"max_torque_Nm": 0.0},
+        {"max_torque_Nm": 1e-5},
+        {"max_torque_Nm": float("inf")},
         {"max_torque_Nm": -5.0},
         {"samples": 19},
         {"samples": 59, "cycles": 3},
