@@ -17,7 +17,7 @@ from hdprog.errors import BadInputError
 from hdprog.units import ISO_8601, find_unit
 
 __all__ = [
-    "SHEET_ERRORS",
+    "SHEET_ERROR",
     "Block",
     "Layout",
     "RowParser",
@@ -27,20 +27,9 @@ __all__ = [
     "no_data",
 ]
 
-SHEET_ERRORS = (
-    "#N/A",
-    "#NV",
-    "#DIV/0!",
-    "#WERT!",
-    "#VALUE!",
-    "#REF!",
-    "#BEZUG!",
-    "#NUM!",
-    "#ZAHL!",
-    "#NAME?",
-    "#NULL!",
-)
-"""What a spreadsheet, English or German, writes into a cell whose formula fails."""
+SHEET_ERROR = re.compile(r"#(?:N/A|NV|[A-ZÄÖÜ0/_]+[!?]|##+)")
+"""What a spreadsheet writes into a cell whose formula fails (#N/A, #DIV/0!, #WERT!), and, as text,
+into one of a column that is too narrow for its number or date (########)."""
 
 _EPOCH = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
 _MICROSECOND = datetime.timedelta(microseconds=1)
@@ -93,9 +82,19 @@ def matches(cell: str, wanted: frozenset[str]) -> bool:
 
 
 def is_comment(cells: Sequence[str], width: int) -> bool:
-    """Tell whether a row is a comment: it begins with #, and with no failed cell of a full row."""
-    first = cells[0].strip() if cells else ""
-    return first.startswith("#") and not (first in SHEET_ERRORS and len(cells) == width)
+    """Tell whether a row is a comment: it begins with #, and with no failed cell of a full row.
+
+    A line of ### and words is one, too: beside a cell of it stand numbers, or nothing else.
+    """
+    first, *others = (cell.strip() for cell in cells) if cells else ("",)
+    if len(cells) != width or not SHEET_ERROR.fullmatch(first):
+        return first.startswith("#")
+    if not first.startswith("###"):
+        return False
+    filled = [cell for cell in others if cell]
+    if any(is_number(cell.replace(",", ".")) for cell in filled):
+        return False
+    return not filled or not all(cell.startswith("###") for cell in filled)
 
 
 def no_data(file: str, header_row: int | None) -> BadInputError:
@@ -282,7 +281,10 @@ class RowParser:
         if not cell:
             found = "an empty cell"
             advice = "Fill the cell in, or remove the row."
-        elif cell in SHEET_ERRORS:
+        elif re.fullmatch("#{3,}", cell):
+            found = f"'{cell[:60]}' (of a column of the spreadsheet that is too narrow)"
+            advice = "Make the column wider in the spreadsheet, and export the file again."
+        elif SHEET_ERROR.fullmatch(cell):
             found = f"'{cell}' (an error of the spreadsheet)"
             advice = "Mend the formula behind the cell, or remove the row."
         elif folded in {"nan", "na", "n/a", "null", "none"}:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hdprog.data.columns import find_columns, find_selection
 from hdprog.data.row_parser import (
-    SHEET_ERRORS,
+    SHEET_ERROR,
     Block,
     Layout,
     RowParser,
@@ -38,7 +38,6 @@ __all__ = ["column_sign", "endless_cell", "read_text_table", "split_line"]
 _MOST_ODD_LINES = 10_000
 _MOST_HEADER_LINES = 20  # that headers with line breaks in their cells may take
 _QUOTED = re.compile(r'(?:^|(?<=[\t;|,])) *"(?:[^"]|"")*" *(?=$|[\t;|,])')
-_SHEET_ERRORS = tuple(error.encode() for error in SHEET_ERRORS)
 
 
 def split_line(line: str, sign: str) -> list[str]:
@@ -204,7 +203,7 @@ class _TextTable:
     def _is_comment(self, line: str, row: int | None = None) -> bool:
         """Tell whether a line is a comment; above the header any line with # at its front is."""
         line = line.lstrip()
-        if self.header is None or not line.startswith(SHEET_ERRORS):
+        if self.header is None or not SHEET_ERROR.match(line):
             return line.startswith("#")
         return is_comment(self._split(line, row or self.row), len(self.header[1]))
 
@@ -248,7 +247,7 @@ def _plain_rows(
         return None
     for number in odd_lines:
         line = text[starts[number] : ends[number]].strip()
-        if line and (not line.startswith(b"#") or line.startswith(_SHEET_ERRORS)):
+        if line and (not line.startswith(b"#") or SHEET_ERROR.match(line.decode())):
             return None
     dropped = set(odd_lines.tolist())
     lines = [line for number, line in enumerate(text.split(b"\n")) if number not in dropped]

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 import hdprog.data.text_stream as text_stream
 from hdprog.data.columns import Column
 from hdprog.data.readers import read_loop
-from hdprog.data.row_parser import SHEET_ERRORS, Layout, RowParser
+from hdprog.data.row_parser import Layout, RowParser
 from hdprog.data.text_table import _TextTable
 from hdprog.errors import BadInputError
 from hdprog.units import find_unit
@@ -67,7 +67,13 @@ def test_a_bad_row_is_named(tmp_path: Path, row: int, line: str, words: list[str
         assert word in message
 
 
-@pytest.mark.parametrize("error", SHEET_ERRORS)
+ERRORS = (
+    *("#N/A", "#DIV/0!", "#VALUE!", "#REF!", "#NUM!", "#NAME?", "#NULL!", "#SPILL!"),
+    *("#NV", "#WERT!", "#BEZUG!", "#ZAHL!", "#ÜBERLAUF!", "###", "########"),
+)
+
+
+@pytest.mark.parametrize("error", ERRORS)
 @pytest.mark.parametrize("row", [2, 57])
 @pytest.mark.parametrize("sign", [",", ";", " "])
 def test_a_failed_cell_of_a_spreadsheet_is_no_comment(
@@ -77,8 +83,13 @@ def test_a_failed_cell_of_a_spreadsheet_is_no_comment(
     message = refused(write(tmp_path / "a.csv", text))
     assert message.startswith(f"a.csv, row {row}, column 'torque_Nm': found '{error}'")
     # Remarks may speak of such an error, and a column that is not read may hold one.
-    for remark in (f"{error} in the sheet", f"{error}", f"#{error}{sign}0"):
+    remarks = [f"{error} in the sheet", f"{error}"]
+    remarks.append(f"#{error}{sign}0" if error[1] != "#" else f"{error}{sign}new")
+    for remark in remarks:
         assert len(read_loop(write(tmp_path / "a.csv", changed(row, remark)))) == TORQUE.size - 1
+    if error[1] == "#":
+        text = changed(row, f"{error},{error}").replace(",", sign)
+        assert f"row {row}, column 'torque_Nm'" in refused(write(tmp_path / "a.csv", text))
     lines = [f"{error if n == row else n}{sign}{line}" for n, line in enumerate(LINES[1:])]
     whole = "\n".join(["n,torque_Nm,angle_rad", *lines]).replace(",", sign)
     assert len(read_loop(write(tmp_path / "a.csv", whole))) == TORQUE.size
