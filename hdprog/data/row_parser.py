@@ -32,6 +32,7 @@ SHEET_ERROR = re.compile(r"#(?:N/A|NV|[A-ZÄÖÜ0/_]+[!?]|##+)")
 into one of a column that is too narrow for its number or date (########)."""
 
 _EPOCH = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
+_YEARS = range(1678, 2262)  # whole ones that 64 bits of nanoseconds hold
 _MICROSECOND = datetime.timedelta(microseconds=1)
 
 
@@ -156,13 +157,15 @@ class RowParser:
     """Parses rows in the order of the file and remembers what spans more than one of them.
 
     `decimal` is the decimal sign once it is known, `empty_row` the first row without any value:
-    such rows may only stand at the end. `separators` says of each column whether its commas
-    or points can be decimal signs, which takes the whole file.
+    such rows may only stand at the end. `zoned` says whether times in ISO 8601 have a zone, once
+    one is read. `separators` says of each column whether its commas or points can be decimal
+    signs, which takes the whole file.
     """
 
     layout: Layout
     decimal: str | None = None
     empty_row: int | None = field(default=None, init=False)
+    zoned: bool | None = field(default=None, init=False)
     separators: dict[int, Separators] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -263,7 +266,25 @@ class RowParser:
                 "a date and time in ISO 8601, like 2025-03-09T14:21:08.5",
                 "Correct the cell, or record the time in seconds as time_s.",
             ) from None
-        if stamp.tzinfo is None:
+        zoned = stamp.tzinfo is not None
+        if self.zoned not in (None, zoned):
+            raise self._error(
+                f"'{cell}' {'with' if zoned else 'without'} a time zone, unlike the times above",
+                row,
+                column,
+                "a time zone in all rows, or in none",
+                "Write the same times with it, or without it, everywhere.",
+            )
+        self.zoned = zoned
+        if stamp.year not in _YEARS:
+            raise self._error(
+                f"'{cell}'",
+                row,
+                column,
+                f"a time in the years {_YEARS[0]} to {_YEARS[-1]}",
+                "Correct the cell: a logger whose clock is not set may have written it.",
+            )
+        if not zoned:
             stamp = stamp.replace(tzinfo=datetime.UTC)
         return (stamp - _EPOCH) // _MICROSECOND * 1000
 

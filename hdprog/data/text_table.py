@@ -37,6 +37,7 @@ __all__ = ["column_sign", "endless_cell", "read_text_table", "split_line"]
 
 _MOST_ODD_LINES = 10_000
 _MOST_HEADER_LINES = 20  # that headers with line breaks in their cells may take
+_ZONE = re.compile(r":.*(?:[Zz]|[+-]\d\d(?::?\d\d)?)\s*$")  # behind a time; a day has -09, too
 _QUOTED = re.compile(r'(?:^|(?<=[\t;|,])) *"(?:[^"]|"")*" *(?=$|[\t;|,])')
 
 
@@ -290,6 +291,8 @@ def _parse(text: bytes, sign: str, parser: RowParser, rows: NDArray[np.int64]) -
             if column.unit is ISO_8601:
                 # Empty cells become no time, and "now" the present: cell by cell each is named.
                 if not cells.str.match(r"\s*\d{4}").fillna(False).all():
+                    return None
+                if (cells.str.contains(_ZONE) != parser.zoned).any():
                     return None
                 stamps = pd.to_datetime(cells, format="ISO8601", utc=True)
                 values[column.role] = stamps.dt.as_unit("ns").astype("int64").to_numpy()

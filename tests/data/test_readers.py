@@ -298,6 +298,30 @@ def test_excel_without_openpyxl_is_said(tmp_path: Path, monkeypatch: pytest.Monk
         read_loop(tmp_path / "loop.xlsx")
 
 
+@pytest.mark.parametrize("zone", ["Z", "-05:00", "+0100", "+01"])
+@pytest.mark.parametrize("first", [True, False])
+def test_a_time_zone_stands_in_all_rows_or_in_none(tmp_path: Path, zone: str, first: bool) -> None:
+    """Times without one were taken for those of Greenwich: a gap of hours, or none where one is."""
+    start = datetime.datetime(2025, 3, 9, 12)
+    stamps = [(start + datetime.timedelta(seconds=n)).isoformat() for n in range(TORQUE.size)]
+    whole = [stamp + zone for stamp in stamps]
+    for cells in (stamps, whole):
+        loop = read_loop(write(tmp_path / "loop.csv", with_column("time", cells)))
+        assert loop.time == pytest.approx(np.arange(TORQUE.size))
+    mixed = [*whole[:200], *stamps[200:]] if first else [*stamps[:200], *whole[200:]]
+    with pytest.raises(BadInputError, match=rf"row 202\b.*with{'out' * first} a time zone"):
+        read_loop(write(tmp_path / "loop.csv", with_column("time", mixed)))
+
+
+@pytest.mark.parametrize("year", ["0001", "1601", "9999"])
+def test_a_time_of_no_clock_is_refused_in_words(tmp_path: Path, year: str) -> None:
+    """It ended as a mistake of the program."""
+    stamps = [f"{year}-01-01T00:{n // 60:02d}:{n % 60:02d}" for n in range(TORQUE.size)]
+    path = write(tmp_path / "loop.csv", with_column("time", stamps))
+    with pytest.raises(BadInputError, match=r"row 2, column 'time': found .* years 1678 to 2261"):
+        read_loop(path)
+
+
 @pytest.mark.parametrize("cell", ["", "NaT", "nan", "now"])
 @pytest.mark.parametrize("at", [40, -1])
 def test_an_iso_time_that_is_none_is_named(tmp_path: Path, cell: str, at: int) -> None:
