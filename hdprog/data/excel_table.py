@@ -31,6 +31,9 @@ _DAMAGED = (
     OSError,
 )
 
+# And where openpyxl does not know what another program wrote: a style, an empty sheet for a chart.
+_UNKNOWN_PARTS = (AttributeError, IndexError, TypeError)
+
 
 def read_excel_table(
     path: Path,
@@ -114,7 +117,7 @@ def _open(path: Path) -> Workbook:
     try:
         # The file's name need not end in .xlsx; its bytes do not lie.
         return openpyxl.load_workbook(path.open("rb"), read_only=True, data_only=True)
-    except (InvalidFileException, *_DAMAGED) as error:
+    except (InvalidFileException, *_DAMAGED, *_UNKNOWN_PARTS) as error:
         raise _unreadable(path, error) from error
 
 

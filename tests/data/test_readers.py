@@ -356,6 +356,18 @@ def test_a_damaged_sheet_is_no_workbook(tmp_path: Path, share: float) -> None:
         read_loop(path)
 
 
+def test_a_workbook_with_parts_that_openpyxl_does_not_know_is_refused(tmp_path: Path) -> None:
+    """It ended as a mistake of the program."""
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for row in [("torque_Nm", "angle_rad"), *zip(TORQUE.tolist(), ANGLE.tolist(), strict=True)]:
+        book.active.append(row)
+    book.create_chartsheet("chart to come")
+    book.save(tmp_path / "loop.xlsx")
+    with pytest.raises(BadInputError, match=r"no readable Excel workbook .* save the sheet as CSV"):
+        read_loop(tmp_path / "loop.xlsx")
+
+
 def test_columns_that_are_given_stand_beside_those_declared(tmp_path: Path) -> None:
     torque, angle = two_sided()
     restarts = np.arange(torque.size) % 50
