@@ -115,13 +115,17 @@ def line_blocks(path: Path) -> Iterator[bytes]:
             raise _no_text(path, "bytes of value zero")
         whole, newline, rest = chunk.rpartition(b"\n")
         if newline:
-            yield carry + whole + newline
+            block = carry + whole + newline
+            # The end-of-file sign of old loggers, on a line of its own.
+            if block.endswith(b"\n\x1a\n"):
+                block = block[:-2]
+            yield block
             carry = rest
         else:
             carry += rest
             if len(carry) > 2 * _BLOCK_BYTES:
                 raise _no_text(path, f"more than {len(carry) >> 20} MiB without a line end")
-    carry = carry.rstrip(b"\x1a")  # the end-of-file sign of old loggers
+    carry = carry.rstrip(b"\x1a")
     if carry:
         yield carry + b"\n"
 

@@ -60,6 +60,7 @@ READ_RIGHT: dict[str, Callable[[], bytes]] = {
         ";;\n; \n" + table("torque_Nm;angle_rad", ";")).encode(),
     "no line end": lambda: table().rstrip("\n").encode(),
     "end-of-file sign": lambda: table().encode() + b"\x1a",
+    "end-of-file sign on a line": lambda: table().replace("\n", "\r\n").encode() + b"\x1a\r\n",
     "hint for Excel": lambda: ("sep=;\n" + table("torque_Nm;angle_rad", ";")).encode(),
     "further columns": lambda: ("i,torque_Nm,,angle_rad,note\n" + "\n".join(
         f"{n},{t:.9g},,{a:.9g},ok" for n, (t, a) in enumerate(zip(TORQUE, ANGLE, strict=True))
