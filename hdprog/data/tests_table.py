@@ -135,7 +135,7 @@ def read_tests(folder: Path) -> tuple[tuple[DriveTest, ...], tuple[BadInputError
         raise _error(
             path, header_row, "a header and no test below it", "one row a test", "Add the tests."
         )
-    problems += _thousands(path, tests, written)
+    problems += _both_signs(path, header, rows[1:]) or _thousands(path, tests, written)
     problems += _begun_again(path, tests)
     return _in_order(tests.values()), tuple(problems)
 
@@ -151,6 +151,32 @@ def _in_order(tests: Iterable[DriveTest]) -> tuple[DriveTest, ...]:
             same.sort(key=lambda test: dates[test.test_id])
         found += same
     return tuple(found)
+
+
+def _both_signs(
+    path: Path, header: Sequence[str], rows: Iterable[tuple[int, Sequence[str]]]
+) -> list[BadInputError]:
+    """What is wrong where decimal signs are commas: a German 1.234 is 1234."""
+    numbers = [
+        (row, name, cell)
+        for row, cells in rows
+        for name, cell in zip(header, cells, strict=False)
+        if name in RANGES and is_number(cell.replace(",", "."))
+    ]
+    if not any("," in cell for _, _, cell in numbers):
+        return []
+    return [
+        _error(
+            path,
+            row,
+            f"{name} = '{cell}', whose point seems to part thousands: decimal signs of this table "
+            "are commas",
+            f"{cell.replace('.', '')} for the one, {cell.replace('.', ',')}0 for the other",
+            "Write numbers without thousands separators.",
+        )
+        for row, name, cell in numbers
+        if "." in cell and may_hold_thousands(cell)
+    ]
 
 
 def _thousands(
@@ -347,25 +373,26 @@ def _loop_path(path: Path, row: int, text: str) -> Path:
         raise _error(path, row, "no file", "the path of the loop file", "Fill the cell in.")
     folder = path.parent
     windows = PureWindowsPath(text)
-    inside = not windows.drive and not windows.root
+    absolute = bool(windows.drive or windows.root)
     found = _place_of(path, text)
     try:
-        inside = inside and found.resolve().is_relative_to(folder.resolve())
+        inside = not absolute and found.resolve().is_relative_to(folder.resolve())
     except (OSError, ValueError):  # a path that no file can have
         inside = False
     if not inside:
+        wrong = "by an absolute path" if absolute else "which is outside the drive folder"
         raise _error(
             path,
             row,
-            f"the file '{text}', which is outside the drive folder",
+            f"the file '{text}', {wrong}",
             "a path inside the drive folder, such as loops/t01.csv",
-            "Copy the file into the drive folder and correct the path.",
+            "Correct the path; copy the file into the drive folder where it lies elsewhere.",
         )
     if not found.is_file():
         raise _error(
             path,
             row,
-            f"the file '{text}', which does not exist",
+            f"the file '{text}', which {'is a folder' if found.is_dir() else 'does not exist'}",
             "the path of a loop file, seen from the drive folder",
             "Correct the path, or copy the file there.",
         )

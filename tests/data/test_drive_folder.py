@@ -80,6 +80,20 @@ def test_points_that_part_thousands_are_refused(folder: Path) -> None:
     assert "expected 1250 for the one, 1.2500 for the other" in message
 
 
+@pytest.mark.parametrize("column", ["service_hours", "mean_torque_Nm"])
+def test_points_beside_decimal_commas_are_refused(folder: Path, column: str) -> None:
+    """1.234 hours, as a German spreadsheet shows 1234, were read as 74 minutes."""
+    header = ["test_id", "file", "temperature_C", "service_hours", "mean_torque_Nm"]
+    cells = dict.fromkeys(header[3:], "7.5") | {column: "1.234"}
+    row = f"t1;loops/a.csv;21,5;{';'.join(cells.values())}"
+    write(folder / "tests.csv", ";".join(header) + "\n" + row)
+    message = refused(folder)
+    assert f"row 2: found {column} = '1.234', whose point seems to part thousands" in message
+    assert "expected 1234 for the one, 1,2340 for the other" in message
+    write(folder / "tests.csv", (";".join(header) + "\n" + row).replace("21,5", "21.5"))
+    assert getattr(read_drive_folder(folder).tests[0], column) == 1.234
+
+
 @pytest.mark.parametrize(
     "cells",
     [
@@ -107,12 +121,12 @@ def test_commas_that_can_only_be_decimal_signs_are_read(folder: Path) -> None:
         ("t03,loops/c.csv,5", "does not exist"),
         ("#N/A,loops/a.csv,5", "test_id '#N/A'"),
         ("t03,../a.csv,5", "outside the drive folder"),
-        ("t03,/etc/passwd,5", "outside the drive folder"),
-        ("t03,C:\\a.csv,5", "outside the drive folder"),
+        ("t03,/etc/passwd,5", "by an absolute path"),
+        ("t03,C:\\a.csv,5", "by an absolute path"),
         ("t03,loops/../../a.csv,5", "outside the drive folder"),
         ("t03,link.csv,5", "outside the drive folder"),
         ("t03,,5", "no file"),
-        ("t03,loops,5", "does not exist"),
+        ("t03,loops,5", "which is a folder"),
         ("t03,loops/a.csv,-1", "service_hours = '-1'"),
         ("t03,loops/a.csv,ten", "service_hours = 'ten'"),
         ("t03,loops/a.csv,nan", "service_hours = 'nan'"),
