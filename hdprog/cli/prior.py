@@ -79,10 +79,10 @@ def show(
             f"--out: found {out.name!r}, expected a name that ends in .png or .svg. Give the "
             "picture such a name."
         )
-    if not 0 < alpha_deg < 90:
+    if not 5 <= alpha_deg <= 60:  # as in drive.toml
         raise UsageError(
-            f"--alpha-deg: found {alpha_deg:g}, expected an angle between 0 and 90 degrees. Teeth "
-            "of strain wave gears have 20 to 30."
+            f"--alpha-deg: found {alpha_deg:g}, expected an angle from 5 to 60 degrees. Teeth of "
+            "strain wave gears have 20 to 30."
         )
     import numpy as np
 
@@ -189,6 +189,11 @@ def from_catalogue(
             "the numbers of its data sheet."
         )
     if every:
+        if name is not None or rated_torque is not None:
+            raise UsageError(
+                "found --all with --name or --rated-torque, which are of one prior; expected --all "
+                "with --out alone. Leave them out."
+            )
         _write_all(out)
         return
     wanted = listed if any_listed else given

@@ -157,10 +157,12 @@ def test_bad_input_ends_with_3(invoke: Invoke, arguments: tuple[str, ...], said:
     ("arguments", "said"),
     [
         (("show", "csf-25-80", "--out", "picture.pdf"), "ends in .png or .svg"),
-        (("show", "csf-25-80", "--alpha-deg", "90"), "between 0 and 90"),
+        (("show", "csf-25-80", "--alpha-deg", "89"), "from 5 to 60 degrees"),
         (("show", "generic"), "takes its scales from a record"),
         (("from-catalogue",), "found none of"),
         (("from-catalogue", "--all"), "--all without --out"),
+        (("from-catalogue", "--all", "--out", "made", "--name", "x"), "--all with --name"),
+        (("from-catalogue", "--all", "--out", "made", "--rated-torque", "5"), "are of one prior"),
         (("from-catalogue", "--series", "CSF", *NUMBERS), "found several of"),
         (("from-catalogue", "--series", "CSF", "--size", "25"), "found no --ratio"),
         (("from-catalogue", *NUMBERS[:-2]), "found no --T2"),
