@@ -9,14 +9,16 @@ from typing import Any
 import pytest
 
 import hdprog
+from hdprog import workflow
 from hdprog.shipped import shipped
 from hdprog.trend import fitting
 from tests.drive_folders import subset_of
 from tests.reporting.page import Page
 from tests.trend.hasty import HASTY
+from tests.workflow.test_run import SHORT
 
 DRIVES = Path(str(shipped("datasets"))) / "undeclared-effect"
-TESTS = ["t01", "t06"]
+TESTS = ["t01", "t04", "t06"]
 
 
 @pytest.mark.parametrize(
@@ -33,7 +35,9 @@ def test_a_drive_is_run_whole_with_what_it_lacks(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(fitting, "JOINT_QUICK", HASTY)  # effects are what is looked at
+    # Effects are what is looked at, not posteriors.
+    monkeypatch.setattr(workflow, "QUICK", SHORT)
+    monkeypatch.setattr(fitting, "JOINT_QUICK", HASTY)
     folder = subset_of(DRIVES / name, tmp_path / "drive", TESTS)
     outcome = hdprog.run(folder, quick=True, seed=3)
     outcome.write(tmp_path / "out")
