@@ -14,11 +14,12 @@ from alembic import command
 from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sqlalchemy import Connection, Engine, create_engine, event, make_url
+from sqlalchemy import Connection, Engine, create_engine, event, inspect, make_url
 from sqlalchemy.exc import ArgumentError, OperationalError, SQLAlchemyError
 from sqlalchemy.orm import Session, sessionmaker
 
 from hdprog.errors import UsageError
+from hdprog.store.tables import Base
 
 log = logging.getLogger("hdprog.store")
 _Found = TypeVar("_Found")
@@ -83,6 +84,10 @@ class Database:
         with self.engine.connect() as connection:
             return MigrationContext.configure(connection).get_current_revision()
 
+    def has_tables(self) -> bool:
+        """Tell whether tables of the program's names are there, whoever made them."""
+        return bool(set(inspect(self.engine).get_table_names()) & set(Base.metadata.tables))
+
     def close(self) -> None:
         """Close all connections."""
         self.engine.dispose()
@@ -93,6 +98,12 @@ def newest_revision() -> str:
     head = ScriptDirectory.from_config(_alembic(None)).get_current_head()
     assert head is not None
     return head
+
+
+def is_known(revision: str) -> bool:
+    """Tell whether this version of the program can start from tables of a revision."""
+    steps = ScriptDirectory.from_config(_alembic(None)).walk_revisions()
+    return revision in {step.revision for step in steps}
 
 
 def normalised(url: str) -> str:

@@ -23,8 +23,24 @@ _NAME = "store id"
 _TRIES, _TRY_SECONDS = 100, 0.1
 
 
-def require_same_store(database: Database, folder: Path) -> None:
+def begin_store(database: Database, folder: Path) -> None:
     """Mark a new pair of folder and database, and refuse two that are not a pair.
+
+    Raises
+    ------
+    UsageError
+        as `refuse_another_store`
+    """
+    refuse_another_store(database, folder)
+    if _known(database) is None:
+        with suppress(FileExistsError), (folder / MARK).open("x", encoding="ascii") as file:
+            file.write(secrets.token_hex(16) + "\n")
+        _keep(database, _read(folder / MARK))
+        refuse_another_store(database, folder)
+
+
+def refuse_another_store(database: Database, folder: Path) -> None:
+    """Refuse a folder and a database that are not a pair; nothing of either is changed.
 
     Raises
     ------
@@ -32,14 +48,10 @@ def require_same_store(database: Database, folder: Path) -> None:
         for a folder that is another store's, or none, and for a new database beside a folder that
         holds records
     """
-    known = _known(database)
-    path = folder / MARK
+    known, path = _known(database), folder / MARK
     if known is None:
         _refuse_new_beside_records(database, folder)
-        with suppress(FileExistsError), path.open("x", encoding="ascii") as file:
-            file.write(secrets.token_hex(16) + "\n")
-        known = _keep(database, _read(path))
-    if _read(path) != known:
+    elif _read(path) != known:
         found = "another mark than the database has" if path.exists() else "no mark of a store"
         raise UsageError(
             f"--data: found {found} in {folder}, expected the folder that this database was begun "
@@ -55,9 +67,7 @@ def _refuse_new_beside_records(database: Database, folder: Path) -> None:
     if not any(any((folder / name).iterdir()) for name in ("raw", "analyses")):
         return
     # Looked up after the folder: of two programs that begin a store the other may have been first.
-    with database.reading() as session:
-        known = session.get(SettingRow, _NAME), session.scalar(select(TestRow.id).limit(1))
-    if known == (None, None):
+    if _known(database) is None and not _has_tests(database):
         raise UsageError(
             f"--database: found a new database and {folder} with records or results of another, "
             "expected the database that the folder was begun with. Correct the address (or "
@@ -66,16 +76,24 @@ def _refuse_new_beside_records(database: Database, folder: Path) -> None:
 
 
 def _known(database: Database) -> str | None:
+    if not database.has_tables():
+        return None
     with database.reading() as session:
         row = session.get(SettingRow, _NAME)
         return None if row is None else str(row.value["hex"])
 
 
-def _keep(database: Database, mark: str) -> str:
-    """Keep the mark, unless another process was first; gives the one that counts."""
+def _has_tests(database: Database) -> bool:
+    if not database.has_tables():
+        return False
+    with database.reading() as session:
+        return session.scalar(select(TestRow.id).limit(1)) is not None
+
+
+def _keep(database: Database, mark: str) -> None:
+    """Keep the mark, unless another process was first."""
     with suppress(IntegrityError), database.writing() as session:
         session.add(SettingRow(name=_NAME, value={"hex": mark}))
-    return _known(database) or mark
 
 
 def _read(path: Path) -> str:

@@ -7,9 +7,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from hdprog.errors import UsageError
-from hdprog.store.database import Database, newest_revision, reachable
+from hdprog.store.database import Database, is_known, newest_revision, reachable
 from hdprog.store.files import Files
-from hdprog.store.identity import require_same_store
+from hdprog.store.identity import begin_store, refuse_another_store
 
 
 class Store:
@@ -27,13 +27,13 @@ class Store:
         self.reading, self.writing = self.database.reading, self.database.writing
 
     def prepare(self) -> None:
-        """Make or bring up to date the tables.
+        """Make or bring up to date the tables; a database that is refused stays as it is.
 
         Raises
         ------
         UsageError
-            for a database that does not answer, that a newer version of the program has made, or
-            whose records lie in another folder
+            for a database that does not answer, that a newer version of the program or another
+            program has made, or whose records lie in another folder
         """
         trouble = reachable(self.database)
         if trouble is not None:
@@ -41,14 +41,23 @@ class Store:
                 f"--database: found no answer ({trouble}), expected a database that takes "
                 "connections. Start it, or correct the address."
             )
+        made = self.database.has_tables()  # before the revision, which comes with them
         found = self.database.revision()
-        if found is not None and found > newest_revision():
+        if found is None and made:
+            raise UsageError(
+                "--database: found tables of another program with the names of hdprog's, expected "
+                "an empty database or one of hdprog. Correct the address, or make a database for "
+                "hdprog alone."
+            )
+        if found is not None and not is_known(found):
             raise UsageError(
                 f"--database: found tables of revision {found}, expected {newest_revision()} at "
-                "most: a newer hdprog has made them. Install that version, or go back to a backup."
+                "most: a newer hdprog or another program has made them. Install that version, go "
+                "back to a backup, or correct the address."
             )
+        refuse_another_store(self.database, self.files.root)
         self.database.upgrade()
-        require_same_store(self.database, self.files.root)
+        begin_store(self.database, self.files.root)
 
     def close(self) -> None:
         """Close all connections."""

@@ -8,6 +8,7 @@ import pytest
 from sqlalchemy import delete
 
 from hdprog.errors import UsageError
+from hdprog.store.database import Database
 from hdprog.store.identity import MARK
 from hdprog.store.store import Store, open_store
 from hdprog.store.tables import SettingRow
@@ -42,6 +43,19 @@ def test_a_new_database_takes_on_the_folder_it_is_given(store: Store, tmp_path: 
     with open_store(store.files.root, f"sqlite:///{tmp_path / 'new.db'}"):
         pass
     assert (store.files.root / MARK).read_text("ascii") == mark
+
+
+def test_a_database_that_is_refused_keeps_its_tables(store: Store, tmp_path: Path) -> None:
+    """They were brought up to date first: the older program that they belong to then refused."""
+    store.database.downgrade("0002")
+    (tmp_path / "full" / "raw" / "one").mkdir(parents=True)
+    slip = Database(f"sqlite:///{tmp_path / 'slip.db'}")
+    for data, url in (("empty", store.database.url), ("full", slip.url)):
+        with pytest.raises(UsageError), open_store(tmp_path / data, url):
+            pass
+    assert store.database.revision() == "0002"
+    assert not slip.has_tables()
+    slip.close()
 
 
 @pytest.mark.parametrize("kept", ["raw", "analyses"])

@@ -75,14 +75,23 @@ def test_forecasts_of_an_older_program_are_kept_and_have_no_horizon(database_url
     database.close()
 
 
-def test_tables_of_a_newer_program_are_left_alone(tmp_path: Path) -> None:
+@pytest.mark.parametrize("revision", ["9999", "00ab12"])
+def test_tables_of_a_newer_program_are_left_alone(tmp_path: Path, revision: str) -> None:
     store = Store(tmp_path)
     store.prepare()
     with store.database.engine.begin() as connection:
-        connection.exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
-    with pytest.raises(UsageError, match="newer hdprog"):
+        connection.exec_driver_sql(f"UPDATE alembic_version SET version_num = '{revision}'")
+    with pytest.raises(UsageError, match="newer hdprog or another program"):
         store.prepare()
     store.close()
+
+
+def test_a_database_with_tables_of_another_program_is_refused(store: Store) -> None:
+    """It ended as a mistake of the program."""
+    with store.database.engine.begin() as connection:
+        connection.exec_driver_sql("DROP TABLE alembic_version")
+    with pytest.raises(UsageError, match="found tables of another program"):
+        store.prepare()
 
 
 @pytest.mark.parametrize(
