@@ -12,10 +12,10 @@ from contextlib import suppress
 from pathlib import Path
 
 from sqlalchemy import select
-from sqlalchemy.exc import IntegrityError
 
 from hdprog.errors import UsageError
 from hdprog.store.database import Database
+from hdprog.store.settings import held_setting
 from hdprog.store.tables import SettingRow, TestRow
 
 MARK = "store-id"
@@ -35,7 +35,9 @@ def begin_store(database: Database, folder: Path) -> None:
     if _known(database) is None:
         with suppress(FileExistsError), (folder / MARK).open("x", encoding="ascii") as file:
             file.write(secrets.token_hex(16) + "\n")
-        _keep(database, _read(folder / MARK))
+        mark = _read(folder / MARK)  # first: another process may be about to write it
+        with database.writing() as session:
+            held_setting(session, _NAME, {"hex": mark})
         refuse_another_store(database, folder)
 
 
@@ -88,12 +90,6 @@ def _has_tests(database: Database) -> bool:
         return False
     with database.reading() as session:
         return session.scalar(select(TestRow.id).limit(1)) is not None
-
-
-def _keep(database: Database, mark: str) -> None:
-    """Keep the mark, unless another process was first."""
-    with suppress(IntegrityError), database.writing() as session:
-        session.add(SettingRow(name=_NAME, value={"hex": mark}))
 
 
 def _read(path: Path) -> str:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import asdict, dataclass
+from typing import Any
 
+from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from hdprog.store.audit import Actor, note
@@ -34,6 +37,19 @@ def service_settings(session: Session) -> ServiceSettings:
 
 def change_settings(session: Session, actor: Actor, wanted: ServiceSettings) -> None:
     """Keep new settings."""
-    before = asdict(service_settings(session))
-    session.merge(SettingRow(name=_NAME, value=asdict(wanted)))
-    note(session, actor, "settings changed", "service", before=before, after=asdict(wanted))
+    row = held_setting(session, _NAME, asdict(ServiceSettings()))
+    before, row.value = row.value, asdict(wanted)
+    note(session, actor, "settings changed", "service", before=before, after=row.value)
+
+
+def held_setting(session: Session, name: str, first: dict[str, Any]) -> SettingRow:
+    """Give a setting for a change, made with a first value where there is none.
+
+    Others who want it wait until this change is done; of two who make it the first one counts.
+    """
+    row = session.get(SettingRow, name, with_for_update=True)
+    if row is None:
+        with suppress(IntegrityError), session.begin_nested():
+            session.add(SettingRow(name=name, value=first))
+        row = session.get_one(SettingRow, name, with_for_update=True)
+    return row

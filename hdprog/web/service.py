@@ -22,8 +22,9 @@ from hdprog.store.audit import Actor
 from hdprog.store.drives import content_of, find_drive
 from hdprog.store.files import free_bytes
 from hdprog.store.readings import is_current, reading_of, with_problems, with_reading
+from hdprog.store.settings import held_setting
 from hdprog.store.store import Store
-from hdprog.store.tables import DriveRow, JobRow, SettingRow, TestRow, TokenRow
+from hdprog.store.tables import DriveRow, JobRow, TestRow, TokenRow
 from hdprog.store.tables.base import now
 from hdprog.store.tidy import tidy_up
 from hdprog.store.uploads import (
@@ -83,11 +84,8 @@ class Service:
         # What streams in is put down beside where it is kept, not in a /tmp that may be memory.
         tempfile.tempdir = str(self.store.files.incoming)
         with self.store.writing() as session:
-            row = session.get(SettingRow, _SECRET)
-            if row is None:
-                row = SettingRow(name=_SECRET, value={"hex": secrets.token_hex(32)})
-                session.add(row)
-            self.secret = bytes.fromhex(row.value["hex"])
+            secret = held_setting(session, _SECRET, {"hex": secrets.token_hex(32)})
+            self.secret = bytes.fromhex(secret.value["hex"])
         threading.Thread(target=self.readers.warm_up, daemon=True).start()
 
     def close(self) -> None:

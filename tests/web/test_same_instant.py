@@ -13,8 +13,9 @@ from starlette.testclient import TestClient
 from hdprog.service.analyse import Analysis
 from hdprog.service.web_settings import WebSettings
 from hdprog.store import accounts, jobs
-from hdprog.store.audit import COMMAND_LINE
+from hdprog.store.audit import COMMAND_LINE, trail
 from hdprog.store.drives import change_drive, content_of, find_drive
+from hdprog.store.settings import ServiceSettings, change_settings, service_settings
 from hdprog.store.store import Store
 from hdprog.store.tables import JobRow, UserRow
 from hdprog.store.uploads import accept, facts_of, find_test, hold_drive_of
@@ -172,3 +173,22 @@ def test_two_administrators_who_demote_each_other_leave_one(
         with store.reading() as session:
             roles = [user.role for user in accounts.users(session)]
         assert roles == ["viewer", "admin"]
+
+
+def test_two_first_changes_of_the_settings_are_both_kept(
+    store: Store, browser: ThreadPoolExecutor
+) -> None:
+    """The second ended as a mistake of the program, and so did the second server's start."""
+
+    def change(title: str) -> None:
+        with store.writing() as session:
+            change_settings(session, COMMAND_LINE, ServiceSettings(title))
+
+    with store.writing() as session:
+        change_settings(session, COMMAND_LINE, ServiceSettings("first"))
+        second = browser.submit(change, "second")
+        require_waiting(second)
+    second.result()
+    with store.reading() as session:
+        assert service_settings(session).title == "second"
+        assert [line.details["before"]["title"] for line in trail(session)] == ["first", ""]
