@@ -23,16 +23,15 @@ def import_drives(
     data: Data = None,
     database: DatabaseUrl = None,
 ) -> None:
-    """Take drive folders into the store and have them analysed."""
-    from hdprog.service.importing import take_in_folder
+    """Take drive folders into the store and have them analysed; where one is wrong, none."""
+    from hdprog.service.importing import take_in_folders
     from hdprog.service.queue import Queue
     from hdprog.store.store import open_store
 
     with open_store(data_folder(data), database) as opened:
         queue = Queue(opened.database.url)
         queue.prepare()
-        for folder in folders:
-            name, count = take_in_folder(opened, queue, folder)
+        for name, count in take_in_folders(opened, queue, folders):
             typer.echo(f"Drive {name}: {count} tests")
         queue.close()
 

@@ -58,6 +58,20 @@ def declare(content: Mapping[str, Any]) -> Drive:
     return drive
 
 
+def declare_new(session: Session, content: Mapping[str, Any]) -> Drive:
+    """Read what a drive.toml declares of a drive that is not there yet.
+
+    Raises
+    ------
+    BadInputError
+        as `declare`, and for an id that is taken
+    """
+    drive = declare(content)
+    if find_drive(session, drive.id) is not None:
+        raise _taken(drive.id)
+    return drive
+
+
 def content_of(row: DriveRow) -> dict[str, Any]:
     """Give the content of a drive's drive.toml."""
     content = dict(row.settings)
@@ -74,9 +88,7 @@ def add_drive(session: Session, actor: Actor, content: Mapping[str, Any]) -> Dri
     BadInputError
         as `declare`, and for an id that is taken
     """
-    drive = declare(content)
-    if find_drive(session, drive.id) is not None:
-        raise _taken(drive.id)
+    drive = declare_new(session, content)
     row = DriveRow(name=drive.id, settings={}, created_by=actor.name)
     _declare(row, drive, content)
     session.add(row)

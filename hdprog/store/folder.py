@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 import math
 import re
@@ -19,7 +20,7 @@ from hdprog.data.drive_folder import read_drive_folder
 from hdprog.data.tests_table import DriveTest
 from hdprog.errors import BadInputError
 from hdprog.store.audit import Actor, note
-from hdprog.store.drives import add_drive, content_of
+from hdprog.store.drives import add_drive, content_of, declare_new
 from hdprog.store.files import Files
 from hdprog.store.readings import with_reading
 from hdprog.store.tables import DriveRow, TestRow
@@ -74,6 +75,24 @@ def export_drive(session: Session, files: Files, drive: DriveRow, folder: Path) 
     return len(tests)
 
 
+def require_importable(session: Session, folder: Path) -> str:
+    """Refuse a drive's folder that cannot be taken in, whatever its records hold; gives its id.
+
+    Raises
+    ------
+    BadInputError
+        for anything in the folder that cannot be used, or a drive that is there already
+    """
+    tests, seen = read_drive_folder(folder).tests, dict[str, str]()
+    drive = declare_new(session, _content(folder))
+    for test in tests:
+        with test.path.open("rb") as stream:
+            digest = hashlib.file_digest(stream, "sha256").hexdigest()
+        if seen.setdefault(digest, test.test_id) != test.test_id:
+            raise _same_record(folder, test.test_id, seen[digest])
+    return drive.id
+
+
 def import_drive(
     session: Session,
     files: Files,
@@ -97,7 +116,7 @@ def import_drive(
         for anything in the folder that cannot be used, or a drive that is there already
     """
     read = read_drive_folder(folder)
-    content = tomllib.loads((folder / "drive.toml").read_text("utf-8-sig"))
+    content = _content(folder)
     drive = add_drive(session, actor, content)
     rows = []
     for test in read.tests:
@@ -118,16 +137,24 @@ def import_drive(
             accepted=True,
         )
         if not new:
-            raise BadInputError(
-                f"the same record as that of test {row.label}",
-                f"{folder}, test {test.test_id}",
-                "records that differ",
-                "Remove the test whose record was copied in place of another.",
-            )
+            raise _same_record(folder, test.test_id, row.label)
         rows.append(row)
     refresh_counts(session, drive)
     note(session, actor, "drive imported", drive.name, tests=len(rows))
     return drive, rows
+
+
+def _content(folder: Path) -> dict[str, Any]:
+    return tomllib.loads((folder / "drive.toml").read_text("utf-8-sig"))
+
+
+def _same_record(folder: Path, test: str, other: str) -> BadInputError:
+    return BadInputError(
+        f"the same record as that of test {other}",
+        f"{folder}, test {test}",
+        "records that differ",
+        "Remove the test whose record was copied in place of another.",
+    )
 
 
 def _said(test: DriveTest) -> TestFacts:

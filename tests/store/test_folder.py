@@ -11,12 +11,15 @@ import pytest
 
 from hdprog.data.drive_folder import read_drive_folder
 from hdprog.errors import BadInputError
+from hdprog.service.importing import take_in_folders
+from hdprog.service.queue import Queue
 from hdprog.store.audit import COMMAND_LINE
-from hdprog.store.drives import find_drive
+from hdprog.store.drives import find_drive, fleet
 from hdprog.store.folder import export_drive, import_drive
-from hdprog.store.store import Store
+from hdprog.store.store import Store, open_store
 from hdprog.store.uploads import TestFacts, list_tests
 from tests.store.samples import WEARING, add_bytes, add_sample
+from tests.workflow.test_run import edit, subset
 
 
 def take_in(store: Store, folder: Path) -> None:
@@ -74,6 +77,24 @@ def test_a_folder_with_one_wrong_record_leaves_nothing(store: Store, tmp_path: P
         take_in(store, folder)
     with store.reading() as session:
         assert find_drive(session, "wearing-csf-25-80") is None
+
+
+def test_of_folders_of_which_one_is_wrong_none_is_taken_in(tmp_path: Path) -> None:
+    """Those before it stayed in, and the same command again refused them as there already."""
+    right = subset(tmp_path / "right", ["t01"])
+    faults = {name: subset(tmp_path / name, ["t01", "t02"]) for name in ("id", "same", "text")}
+    for name, folder in faults.items():
+        edit(folder, 'id = "wearing-csf-25-80"', f'id = "{"a/b" if name == "id" else name}"')
+    shutil.copy(faults["same"] / "loops" / "t01.csv", faults["same"] / "loops" / "t02.csv")
+    (faults["text"] / "loops" / "t02.csv").write_text("no record", "utf-8")
+    with open_store(tmp_path / "data") as store:
+        queue = Queue(store.database.url)
+        for wrong in (right, *faults.values()):
+            with pytest.raises(BadInputError):
+                list(take_in_folders(store, queue, [right, wrong]))
+        queue.close()
+        with store.reading() as session:
+            assert fleet(session).found == 0
 
 
 def test_removed_tests_stay_behind(store: Store, tmp_path: Path) -> None:
