@@ -9,7 +9,8 @@ import subprocess
 import tarfile
 import tempfile
 import zlib
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 from sqlalchemy import make_url
@@ -43,12 +44,19 @@ def back_up(store: Store, archive: Path) -> int:
     ------
     UsageError
         where something of that name is there, or PostgreSQL's pg_dump is not
+    BadInputError
+        where there is no room for it
     """
     if archive.exists():
         raise UsageError(
             f"ARCHIVE: found a file at {archive}, expected a name that is free, so that no earlier "
             "backup is lost. Give another name, such as one with the date."
         )
+    with _room_for(f"the copy of {store.files.root}", str(archive), "another ARCHIVE"):
+        return _write(store, archive)
+
+
+def _write(store: Store, archive: Path) -> int:
     archive.parent.mkdir(parents=True, exist_ok=True)
     aside = archive.with_name(f".{archive.name}.part")
     with tempfile.TemporaryDirectory(dir=store.files.incoming) as folder:
@@ -99,18 +107,36 @@ def restore(archive: Path, data: Path, url: str | None) -> None:
             dump.unlink()
 
 
+@contextmanager
+def _room_for(what: str, where: str, otherwise: str) -> Iterator[None]:
+    """Say in words that a disk or a quota is full; SQLite has words of its own for it."""
+    try:
+        yield
+    except (OSError, sqlite3.OperationalError) as error:
+        full = error.errno in NO_ROOM if isinstance(error, OSError) else _is_full(error)
+        if not full:
+            raise
+        words = os.strerror(error.errno or 0) if isinstance(error, OSError) else str(error)
+        raise BadInputError(
+            f"no room for {what} ({words})",
+            where,
+            "room for all records and results of the backup",
+            f"Free space or raise the limit, or give {otherwise}.",
+        ) from error
+
+
+def _is_full(error: sqlite3.OperationalError) -> bool:
+    return error.sqlite_errorcode == sqlite3.SQLITE_FULL
+
+
 def _extract(archive: Path, folder: Path, data: Path) -> None:
     try:
-        with tarfile.open(archive, "r:gz") as tar:
+        with (
+            _room_for(f"what {archive} holds", str(data), "another folder with --data"),
+            tarfile.open(archive, "r:gz") as tar,
+        ):
             tar.extractall(folder, filter="data")
     except (tarfile.TarError, OSError, EOFError, zlib.error) as error:
-        if isinstance(error, OSError) and error.errno in NO_ROOM:
-            raise BadInputError(
-                f"no room for what {archive} holds ({os.strerror(error.errno)})",
-                str(data),
-                "room for all records and results of the backup",
-                "Free space or raise the limit, or give another folder with --data.",
-            ) from error
         raise _no_backup(archive, f"no readable archive ({error})") from error
 
 

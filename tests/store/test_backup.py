@@ -16,7 +16,7 @@ from hdprog.cli import app
 from hdprog.errors import BadInputError, UsageError
 from hdprog.store.backup import back_up, restore
 from hdprog.store.drives import find_drive
-from hdprog.store.store import Store
+from hdprog.store.store import Store, open_store
 from hdprog.store.uploads import TestFacts, list_tests
 from tests.store.samples import add_bytes, add_sample
 
@@ -200,6 +200,19 @@ def test_no_room_for_a_backup_is_told_and_no_fault_of_the_archive(
     with pytest.raises(BadInputError, match=r"no room for what .* Free space"):
         restore(archive, tmp_path / "data", None)
     assert not (tmp_path / "data").exists()
+
+
+def test_no_room_to_write_a_backup_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The advice was to give another --out, which the command does not have."""
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with open_store(tmp_path / "data") as store:
+        monkeypatch.setattr(tarfile.TarFile, "add", full)
+        with pytest.raises(BadInputError, match=r"no room for the copy .* give another ARCHIVE\."):
+            back_up(store, tmp_path / "backup.tar.gz")
+    assert [path.name for path in tmp_path.iterdir()] == ["data"]
 
 
 def test_a_folder_without_a_store_has_no_backup(tmp_path: Path) -> None:
