@@ -66,7 +66,7 @@ class Analysis:
         asked = patiently(self._asked)
         if asked is None:
             return
-        name, content, tests, quick = asked
+        name, content, tests, quick, waited = asked
         if not tests:
             patiently(self._nothing_left)
             return
@@ -83,7 +83,7 @@ class Analysis:
                     from hdprog.service.dask_run import run_on_dask
 
                     run_on_dask(dask, order, self.say)
-            replaced = patiently(partial(self._record, number, tests))
+            replaced = patiently(partial(self._record, number, tests, waited))
         except BaseException:
             shutil.rmtree(out, ignore_errors=True)
             raise
@@ -113,17 +113,19 @@ class Analysis:
 
         patiently(write)
 
-    def _asked(self) -> tuple[str, dict[str, Any], Sequence[TestRow], bool] | None:
-        """Look up the drive's name and content, its tests, and whether to be quick."""
+    def _asked(self) -> tuple[str, dict[str, Any], Sequence[TestRow], bool, Sequence[str]] | None:
+        """Look up the drive's name and content, its tests, whether to be quick, what else waits."""
         with self.store.reading() as session:
             job = jobs.find_job(session, self.job_id)
             if job is None:
                 return None
-            drive = session.get_one(DriveRow, job.drive_id)
+            waited = jobs.waiting_beside(session, job)  # first: what came with them is seen below
+            drive = session.get_one(DriveRow, job.drive_id, populate_existing=True)
             tests = list_tests(session, drive, "accepted")
-            return drive.name, content_of(drive), tests, service_settings(session).quick
+            quick = service_settings(session).quick
+            return drive.name, content_of(drive), tests, quick, waited
 
-    def _record(self, number: str, tests: Sequence[TestRow]) -> str | None:
+    def _record(self, number: str, tests: Sequence[TestRow], waited: Sequence[str]) -> str | None:
         summary = analyses.summary_of(self.store.files, number)
         with self.store.writing() as session:
             if session.get(AnalysisRow, number) is not None:
@@ -133,7 +135,7 @@ class Analysis:
                 raise _CalledOffError
             replaced = analyses.record(session, job, number, tests, summary, standing(summary))
             session.flush()
-            jobs.finish_covered(session, job, number)
+            jobs.finish_covered(session, number, waited)
         return replaced
 
     def _nothing_left(self) -> None:

@@ -9,7 +9,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from hdprog.store.audit import Actor, note
-from hdprog.store.tables import DriveRow, FitRow, JobRow, TestRow
+from hdprog.store.tables import DriveRow, JobRow, TestRow
 from hdprog.store.tables.base import now
 
 OPEN = ("queued", "running")
@@ -156,27 +156,33 @@ def cancel(session: Session, actor: Actor, job: JobRow) -> bool:
     return True
 
 
-def finish_covered(session: Session, job: JobRow, analysis: str) -> int:
-    """Note that jobs which wait are done as well, where an analysis holds their test.
+def waiting_beside(session: Session, job: JobRow) -> Sequence[str]:
+    """Give the numbers of a drive's jobs that wait beside the one under way.
 
-    Ten uploads in a row so make one analysis of ten tests, not ten of one to ten.
+    To be asked for before the drive is looked up: what was changed with them is seen then.
+    """
+    asked = select(JobRow.id).where(JobRow.drive_id == job.drive_id, JobRow.state == "queued")
+    return session.scalars(asked).all()
+
+
+def finish_covered(session: Session, analysis: str, waited: Sequence[str]) -> int:
+    """Note that jobs which wait are done as well, where an analysis holds what they ask for.
+
+    Ten uploads or corrections in a row so make one analysis, not ten.
+
+    Parameters
+    ----------
+    session : of the change
+    analysis : number of the analysis
+    waited : of the jobs that waited when it looked its drive up
 
     Returns
     -------
     int
         Number of such jobs.
     """
-    fitted = select(FitRow.test_id).where(FitRow.analysis_id == analysis)
-    waiting = session.scalars(
-        select(JobRow)
-        .where(
-            JobRow.drive_id == job.drive_id,
-            JobRow.state == "queued",
-            JobRow.test_id.in_(fitted),
-            JobRow.created_at <= job.started_at,
-        )
-        .with_for_update(of=JobRow)
-    ).all()
+    asked = select(JobRow).where(JobRow.id.in_(waited), JobRow.state == "queued")
+    waiting = session.scalars(asked.with_for_update(of=JobRow)).all()
     for one in waiting:
         one.state, one.stage, one.progress = "done", "done", 1.0
         one.finished_at, one.analysis_id = now(), analysis
