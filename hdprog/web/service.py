@@ -146,6 +146,10 @@ class Service:
                     job = jobs.job_of_test(session, test)
                     if accepted and (job is None or not counted):  # one of before does not hold it
                         job = self.ask(session, actor, drive, test)
+                    elif (
+                        job is not None and accepted and job.state == "failed" and not job.cancelled
+                    ):
+                        job = self._again(session, actor, drive, job)
                     # Last: what is refused leaves no file, what is written down has its own.
                     self.store.files.keep(incoming, digest)
                     atomic_write_text(self.store.files.picture(digest, drive.id), found.picture)
@@ -199,6 +203,14 @@ class Service:
         """Ask for an analysis, in the transaction of the change that makes it needed."""
         refresh_counts(session, drive)
         job = jobs.add_job(session, actor, drive, test)
+        self.queue.enqueue(session, job)
+        return job
+
+    def _again(self, session: Any, actor: Actor, drive: DriveRow, job: JobRow) -> JobRow:
+        """Start a job again that failed, unless one that is open does its work."""
+        for other in jobs.open_jobs_of(session, drive):
+            return other
+        jobs.reopen(session, actor, job)
         self.queue.enqueue(session, job)
         return job
 

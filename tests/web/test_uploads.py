@@ -66,6 +66,40 @@ def test_a_file_without_known_columns_leads_to_where_they_are_named(person: Clie
     assert '<a href="/drives/columns/settings">' in page.text
 
 
+def test_a_record_that_comes_again_starts_its_failed_job_again(
+    program: ClientOf, loop_file: Path
+) -> None:
+    """The answer had named the failed job, and nobody did it."""
+    client = program("engineer")
+    store = service_in(client).store
+    assert client.post("/api/v1/drives", json={"drive": {"id": "again"}}).status_code == 201
+
+    def upload(name: str) -> str:
+        answer = client.post(
+            "/api/v1/drives/again/tests",
+            files={"file": (name, loop_file.with_name(name).read_bytes())},
+            data={"service_hours": "1" if name == "t01.csv" else "2"},
+        )
+        return str(answer.json()["job_id"])
+
+    def state(number: str) -> str:
+        return str(client.get(f"/api/v1/jobs/{number}").json()["state"])
+
+    first, second = upload("t01.csv"), upload("t02.csv")
+    for number in (first, second):
+        with store.writing() as session:
+            job = jobs.find_job(session, number)
+            assert job is not None
+            jobs.fail(session, job, jobs.start(session, job), "No space left on device")
+    assert upload("t01.csv") == first
+    assert state(first) == "queued"
+    assert upload("t02.csv") == first  # which holds the second test as well
+    assert state(second) == "failed"
+    client.post(f"/api/v1/jobs/{first}/cancel")
+    assert upload("t01.csv") == first
+    assert state(first) == "failed"  # a person called it off
+
+
 def test_a_removed_record_that_comes_again_is_analysed(program: ClientOf, loop_file: Path) -> None:
     client = program("engineer")
     assert client.post("/api/v1/drives", json={"drive": {"id": "back"}}).status_code == 201
