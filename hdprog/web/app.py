@@ -17,6 +17,7 @@ from hdprog.web import health, refusals
 from hdprog.web.api import drives as api_drives
 from hdprog.web.api import jobs as api_jobs
 from hdprog.web.api import tests as api_tests
+from hdprog.web.head import HeadAsGet
 from hdprog.web.pages import ROUTERS
 from hdprog.web.security.body_limit import BodyLimit
 from hdprog.web.security.headers import SecurityHeaders
@@ -50,6 +51,7 @@ def create_app(settings: WebSettings) -> FastAPI:
     static = files("hdprog.web") / "static"
     app.mount("/static", StaticFiles(directory=str(static)), name="static")
     refusals.install(app)
+    app.add_middleware(HeadAsGet)
     app.add_middleware(BodyLimit, most=settings.max_bytes, refuse=refusals.refuse)
     if settings.hosts:
         # Without a login a page elsewhere must not reach this one under a name of its own.

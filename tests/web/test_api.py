@@ -42,6 +42,16 @@ def test_health_needs_no_token(app_client: TestClient) -> None:
     assert answer.json()["workers"] == 0
 
 
+@pytest.mark.parametrize("path", ["/healthz", "/login", "/", "/nowhere", "/static/report.css"])
+def test_head_is_get_without_the_body(app_client: TestClient, path: str) -> None:
+    """It was refused with 405."""
+    got = app_client.get(path, follow_redirects=False)
+    answer = app_client.head(path, follow_redirects=False)
+    assert (answer.status_code, answer.content) == (got.status_code, b"")
+    for name in ("content-length", "content-type", "location"):
+        assert answer.headers.get(name) == got.headers.get(name)
+
+
 def test_a_drive_is_made_once(api: TestClient) -> None:
     again = api.post("/api/v1/drives", json=DRIVE)
     assert again.status_code == 409
