@@ -25,6 +25,19 @@ def drive(app_client: TestClient) -> str:
     return name
 
 
+@pytest.mark.parametrize(("what", "field"), [("users", "user"), ("tokens", "token")])
+def test_a_refused_form_keeps_what_was_typed(person: ClientOf, what: str, field: str) -> None:
+    """Only a form that is empty had come back, to be filled in once more."""
+    client = person("admin")
+    said = {"csrf": csrf_of(client.get("/settings").text), "name": "eve & co", "role": "viewer"}
+    page = client.post(f"/settings/{what}", data={**said, "password": PASSWORD})
+    assert page.status_code == 422
+    assert f'id="{field}-name" name="name" type="text" value="eve &amp; co"' in page.text
+    role = page.text[page.text.index(f'<select id="{field}-role"') :]
+    assert role.index('value="viewer" selected') < role.index("</select>")
+    assert f'value="{PASSWORD}"' not in page.text
+
+
 def test_the_trail_shows_letters_as_they_were_typed(drive: str, person: ClientOf) -> None:
     page = person("admin").get("/audit").text
     details = "".join(re.findall(r"<pre>(.*?)</pre>", page, re.DOTALL))

@@ -90,7 +90,7 @@ def add_user(
         with service_of(request).store.writing() as session:
             accounts.add_user(session, who.actor, name.strip(), password, accounts.role_named(role))
     except BadInputError as error:
-        return _page(request, who, str(error))
+        return _page(request, who, str(error), user=(name, role))
     return RedirectResponse("/settings?said=saved#users", 303)
 
 
@@ -129,7 +129,7 @@ def add_token(
             wanted = accounts.role_named(role)
             text = accounts.add_token(session, who.actor, name.strip(), wanted)
     except BadInputError as error:
-        return _page(request, who, str(error))
+        return _page(request, who, str(error), program=(name, role))
     return _page(request, who, token=text)
 
 
@@ -149,7 +149,11 @@ def _page(
     problem: str | None = None,
     token: str | None = None,
     status: int = 422,
+    *,
+    user: tuple[str, str] = ("", "engineer"),
+    program: tuple[str, str] = ("", "engineer"),
 ) -> Response:
+    """Show the settings; `user` and `program` are name and role that stand in their forms."""
     service = service_of(request)
     if token is not None and not who.may("admin"):
         raise NotAllowedError("admin")
@@ -157,6 +161,8 @@ def _page(
         context = {
             "problem": problem,
             "token": token,
+            "new_user": user,
+            "new_token": program,
             "service": service_settings(session),
             "roles": accounts.ROLES,
             "least_password": accounts.LEAST_PASSWORD,
