@@ -21,7 +21,12 @@ def drive_folders(path: Path, results: Path | None = None) -> list[Path]:
     list of Path
         By name; the same on every machine.
     """
-    left_out = None if results is None else results.resolve()
+    return folders_with("drive.toml", path, results)
+
+
+def folders_with(name: str, path: Path, left_out: Path | None = None) -> list[Path]:
+    """Find the folders with a file, as `drive_folders` does those of drives."""
+    left_out = None if left_out is None else left_out.resolve()
     found: list[Path] = []
     seen: set[Path] = set()
     for place, inner, files in os.walk(path, followlinks=True):
@@ -32,6 +37,6 @@ def drive_folders(path: Path, results: Path | None = None) -> list[Path]:
             continue
         seen.add(real)
         inner.sort()  # of two names of a folder the same one on every machine
-        if "drive.toml" in files:
+        if name in files:
             found.append(here)
     return sorted(found)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hdprog.drive_folders import folders_with
 from hdprog.errors import BadInputError
 from hdprog.physics.parameters import FloatArray
 
@@ -72,7 +73,7 @@ def read_finished_runs(folder: Path, *, own_id: str, wear_prior: str) -> Finishe
 
     Parameters
     ----------
-    folder : searched with all below it for summary.json
+    folder : searched with all below it for summary.json, links followed
     own_id : of the drive that wants to learn; its own runs do not count
     wear_prior : identity of the wear prior in use; runs under another one do not compare
 
@@ -90,7 +91,7 @@ def read_finished_runs(folder: Path, *, own_id: str, wear_prior: str) -> Finishe
         )
     newest: dict[str, FinishedRun] = {}
     left_out = []
-    for path in sorted(folder.rglob(SUMMARY)):
+    for path in (place / SUMMARY for place in folders_with(SUMMARY, folder)):
         try:
             found = _read(path)
         except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:

@@ -41,6 +41,17 @@ def test_a_steady_pace_is_read(tmp_path: Path) -> None:
     assert steady.said.information.tolist() == KEPT["information"]
 
 
+def test_a_run_behind_a_link_is_read(tmp_path: Path) -> None:
+    """As `hdprog fleet` finds drives; it was left out without a word."""
+    elsewhere, fleet = tmp_path / "elsewhere", tmp_path / "fleet"
+    elsewhere.mkdir()
+    fleet.mkdir()
+    (fleet / "linked").symlink_to(elsewhere)
+    (elsewhere / "back").symlink_to(fleet)  # a ring
+    reading(elsewhere, None)
+    assert len(read_finished_runs(fleet, own_id="own", wear_prior="one").runs) == 1
+
+
 @pytest.mark.parametrize(
     "wrong", [{**KEPT, "log_odds": float("nan")}, {"log_odds": 1.0}, {**KEPT, "information": [1.0]}]
 )
