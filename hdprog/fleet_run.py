@@ -283,8 +283,9 @@ def _spread_packed(
         if isinstance(found, LeftOut):
             yield found
             continue
-        with atomic_directory(order.out, results_in(order.out)) as aside:
+        with _kept(order), atomic_directory(order.out, results_in(order.out)) as aside:
             unpack(found, aside)
+            (aside / RUN_KEY).unlink(missing_ok=True)
         yield None
 
 
@@ -309,14 +310,25 @@ def _run_one(order: Order, command: str, workers: int | None) -> LeftOut | None:
             workers=workers,
         )
         order.out.parent.mkdir(parents=True, exist_ok=True)
-        outcome.write(order.out, command, workers)
-        atomic_write_text(order.out / RUN_KEY, order.key + "\n")
+        with _kept(order):
+            outcome.write(order.out, command, workers)
     except (HdprogError, OSError) as error:
         return LeftOut(order.name, str(error))
     except Exception as error:  # whatever it is, the other drives go on
         traceback.print_exc()
         return LeftOut(order.name, f"{_MISTAKE}: {type(error).__name__}: {error}")
     return None
+
+
+@contextmanager
+def _kept(order: Order) -> Iterator[None]:
+    """Write results for the block; their key goes before them and comes after the last of them.
+
+    Whoever is killed between leaves files of two runs, which must pass for those of neither.
+    """
+    (order.out / RUN_KEY).unlink(missing_ok=True)
+    yield
+    atomic_write_text(order.out / RUN_KEY, order.key + "\n")
 
 
 def _content(

@@ -8,16 +8,19 @@ import re
 import shutil
 import tempfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from hdprog import fleet_run, workflow
+from hdprog.atomic import atomic_directory
 from hdprog.errors import BadInputError, HdprogError, UsageError
 from hdprog.fleet_run import Fleet, LeftOut, run_fleet
 from hdprog.inference.until_converged import QUICK
-from hdprog.outcome import RUN_KEY
+from hdprog.outcome import RUN_KEY, results_in
+from hdprog.packed import packed, unpack
 from hdprog.shipped import shipped
 from hdprog.trend import fitting
 from tests.reporting.page import Page
@@ -144,8 +147,6 @@ def test_another_prior_makes_a_drive_anew(folder: Path, tmp_path: Path) -> None:
 
 def test_the_work_goes_out_packed_and_comes_back_packed(folder: Path, tmp_path: Path) -> None:
     """What a machine of a cluster does, without the cluster."""
-    from hdprog.packed import packed, unpack
-
     order = fleet_run._orders(folder, tmp_path / "out", 0, True, False)[0][1]
     results = fleet_run.run_packed(packed(order.folder), order, "hdprog fleet")
     assert isinstance(results, bytes)
@@ -159,7 +160,6 @@ def test_a_drive_of_any_name_is_sent_apart_from_its_results(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Records of a drive called results came back among its results; one at . could not be sent."""
-    from hdprog.packed import packed, unpack
 
     def run_aside(order: fleet_run.Order, *_: object) -> None:
         assert order.folder.name == "results"
@@ -187,6 +187,46 @@ def test_a_drive_whose_summary_was_removed_is_run_again(folder: Path, tmp_path: 
     (order.out / RUN_KEY).write_text(order.key + "\n", "utf-8")
     assert not order.finished
     (order.out / "summary.json").write_text("{}", "utf-8")
+    assert order.finished
+
+
+class _Written:
+    """What a run hands back, without the run."""
+
+    def write(self, out: Path, *_: object) -> None:
+        with atomic_directory(out, results_in(out)) as aside:
+            for name in ("report.html", "summary.json"):
+                (aside / name).write_text("{}", "utf-8")
+
+
+@pytest.mark.parametrize("on_cluster", [False, True])
+def test_results_that_were_half_kept_are_nobodys(
+    on_cluster: bool, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Killed in between, a new key stood beside an old summary, or an old key beside a new one."""
+    monkeypatch.setattr(workflow, "run", lambda *_, **__: _Written())
+    order = fleet_run._orders(folder, tmp_path / "out", 0, True, False)[0][1]
+    order.out.mkdir(parents=True)
+    for name, text in (("summary.json", "{}"), (RUN_KEY, "of before\n")):
+        (order.out / name).write_text(text, "utf-8")
+    replace_file = Path.replace
+
+    def killed(path: Path, target: Path) -> Path:
+        if target == order.out / "summary.json":
+            raise KeyboardInterrupt
+        return replace_file(path, target)
+
+    monkeypatch.setattr(Path, "replace", killed)
+    with ThreadPoolExecutor(1) as cluster:
+        spread = fleet_run._spread_packed if on_cluster else fleet_run._spread
+        with pytest.raises(KeyboardInterrupt):
+            list(spread(cluster, [order], "hdprog fleet"))
+    assert (order.out / "report.html").is_file()
+    assert not (order.out / RUN_KEY).exists()
+    assert not order.finished
+    monkeypatch.setattr(Path, "replace", replace_file)
+    with ThreadPoolExecutor(1) as cluster:
+        assert list(spread(cluster, [order], "hdprog fleet")) == [None]
     assert order.finished
 
 
