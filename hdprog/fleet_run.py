@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, as_completed
@@ -23,7 +24,7 @@ from hdprog.cluster import dask_client
 from hdprog.config import Drive
 from hdprog.data.drive_folder import read_drive_folder
 from hdprog.drive_folders import drive_folders
-from hdprog.errors import BadInputError, HdprogError
+from hdprog.errors import NO_ROOM, BadInputError, HdprogError
 from hdprog.outcome import RUN_KEY, results_in
 from hdprog.packed import packed, unpack, unpacked
 from hdprog.parallel import process_executor
@@ -32,7 +33,8 @@ Progress = Callable[[str, int, int], None]
 SCHEMA = "hdprog.fleet/1"
 _MISTAKE = "a mistake in hdprog"
 _DIED = "its process ended before it was done, perhaps for want of memory; run the fleet again"
-_OURS = (_MISTAKE, _DIED)
+_NO_ROOM = "no room for its results"
+_OURS = (_MISTAKE, _DIED, _NO_ROOM)
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,7 @@ class Fleet:
 
     @property
     def broken(self) -> bool:
-        """Whether a drive was left out by a fault of the program or a process, not of files."""
+        """Whether a drive was left out by the program, a process or a disk, not by its files."""
         return any(one["reason"].startswith(_OURS) for one in self.content["left_out"])
 
     @property
@@ -187,7 +189,7 @@ def _orders(
         try:
             key = _key(folder, seed, quick, explain)
         except (HdprogError, OSError) as error:
-            left_out.append(LeftOut(name, str(error)))
+            left_out.append(LeftOut(name, _words(error)))
             continue
         place = out / "drives" / name
         if place.resolve() == folder.resolve():
@@ -283,9 +285,13 @@ def _spread_packed(
         if isinstance(found, LeftOut):
             yield found
             continue
-        with _kept(order), atomic_directory(order.out, results_in(order.out)) as aside:
-            unpack(found, aside)
-            (aside / RUN_KEY).unlink(missing_ok=True)
+        try:
+            with _kept(order), atomic_directory(order.out, results_in(order.out)) as aside:
+                unpack(found, aside)
+                (aside / RUN_KEY).unlink(missing_ok=True)
+        except OSError as error:
+            yield LeftOut(order.name, _words(error))
+            continue
         yield None
 
 
@@ -313,11 +319,22 @@ def _run_one(order: Order, command: str, workers: int | None) -> LeftOut | None:
         with _kept(order):
             outcome.write(order.out, command, workers)
     except (HdprogError, OSError) as error:
-        return LeftOut(order.name, str(error))
+        return LeftOut(order.name, _words(error))
     except Exception as error:  # whatever it is, the other drives go on
         traceback.print_exc()
         return LeftOut(order.name, f"{_MISTAKE}: {type(error).__name__}: {error}")
     return None
+
+
+def _words(error: HdprogError | OSError) -> str:
+    """Say why a drive is left out; what the machine refuses has a number for its words."""
+    if not isinstance(error, OSError) or error.errno is None:
+        return str(error)
+    words = os.strerror(error.errno)
+    if error.errno in NO_ROOM:
+        return f"{_NO_ROOM} ({words}). Free space or raise the limit, and run the fleet again."
+    place = f"{error.filename}: " if error.filename else ""
+    return f"{place}{words}. Correct that, and run the fleet again."
 
 
 @contextmanager

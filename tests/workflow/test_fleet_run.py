@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -228,6 +229,30 @@ def test_results_that_were_half_kept_are_nobodys(
     with ThreadPoolExecutor(1) as cluster:
         assert list(spread(cluster, [order], "hdprog fleet")) == [None]
     assert order.finished
+
+
+@pytest.mark.parametrize("on_cluster", [False, True])
+def test_a_disk_that_is_full_is_told_of_the_drive_that_it_was_full_for(
+    on_cluster: bool, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The list had a number and no advice; from a cluster it ended the fleet without a list."""
+    monkeypatch.setattr(workflow, "run", lambda *_, **__: _Written())
+    order = fleet_run._orders(folder, tmp_path / "out", 0, True, False)[0][1]
+
+    def full(_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(fleet_run, "_kept", full)
+    spread = fleet_run._spread
+    if on_cluster:
+        spread = fleet_run._spread_packed
+        monkeypatch.setattr(fleet_run, "run_packed", lambda *_: packed(folder / "cell2"))
+    with ThreadPoolExecutor(1) as cluster:
+        [found] = spread(cluster, [order], "hdprog fleet")
+    assert found is not None
+    assert found.reason.startswith("no room for its results (No space left on device). Free space")
+    content = {"drives": [], "left_out": [{"folder": found.name, "reason": found.reason}]}
+    assert Fleet(tmp_path, content).broken
 
 
 def test_a_dask_cluster_runs_the_drives(folder: Path, tmp_path: Path) -> None:
