@@ -273,7 +273,8 @@ def _spread_packed(
 ) -> Iterator[LeftOut | None]:
     """Folders go out packed and results come back packed: the cluster sees none of our files."""
     tasks: dict[Future[Any], Order] = {
-        executor.submit(run_packed, packed(order.folder), order, command): order for order in orders
+        executor.submit(run_packed, pack_drive(order.folder), order, command): order
+        for order in orders
     }
     for task in as_completed(tasks):
         order = tasks[task]
@@ -293,6 +294,16 @@ def _spread_packed(
             yield LeftOut(order.name, _words(error))
             continue
         yield None
+
+
+def pack_drive(folder: Path) -> bytes:
+    """Pack what a run reads of a drive folder: not what else lies or is linked there."""
+    read = read_drive_folder(folder)
+    files = [folder / "drive.toml", folder / "tests.csv", *(test.path for test in read.tests)]
+    own = folder / (read.drive.prior or "")
+    if own.is_file() and own.resolve().is_relative_to(folder.resolve()):
+        files.append(own)
+    return packed(folder, files)
 
 
 def run_packed(folder: bytes, order: Order, command: str) -> bytes | LeftOut:

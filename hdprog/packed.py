@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import io
+import os
 import tarfile
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 
-def packed(folder: Path) -> bytes:
-    """Give a folder as the bytes of an archive."""
+def packed(folder: Path, files: Iterable[Path] | None = None) -> bytes:
+    """Give a folder as the bytes of an archive.
+
+    Parameters
+    ----------
+    folder : to be packed
+    files : those in it that count, all if None; of links what they lead to, which is not there
+        where they are unpacked
+    """
     content = io.BytesIO()
-    with tarfile.open(fileobj=content, mode="w") as tar:
-        for path in sorted(folder.iterdir()):
-            tar.add(path, path.name)
+    with tarfile.open(fileobj=content, mode="w", dereference=files is not None) as tar:
+        for path in sorted(folder.iterdir() if files is None else set(files)):
+            tar.add(path, os.path.relpath(path, folder))
     return content.getvalue()
 
 

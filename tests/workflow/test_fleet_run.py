@@ -21,7 +21,7 @@ from hdprog.errors import BadInputError, HdprogError, UsageError
 from hdprog.fleet_run import Fleet, LeftOut, run_fleet
 from hdprog.inference.until_converged import QUICK
 from hdprog.outcome import RUN_KEY, results_in
-from hdprog.packed import packed, unpack
+from hdprog.packed import packed, unpack, unpacked
 from hdprog.shipped import shipped
 from hdprog.trend import fitting
 from tests.reporting.page import Page
@@ -155,6 +155,25 @@ def test_the_work_goes_out_packed_and_comes_back_packed(folder: Path, tmp_path: 
     unpack(results, tmp_path / "back")
     assert (tmp_path / "back" / "report.html").is_file()
     assert not order.out.exists()
+
+
+def test_a_drive_with_links_is_sent_with_what_they_lead_to(tmp_path: Path) -> None:
+    """A link out of the folder, of whatever, had it left out for want of memory."""
+    drive = subset(tmp_path / "drive", ["t01"])
+    own = (shipped("priors") / "csf-25-80.toml").read_text("utf-8")
+    (drive / "own.toml").write_text(own, "utf-8")
+    edit(drive, 'file = "csf-25-80"', 'file = "own.toml"')
+    (drive / "drive.toml").rename(tmp_path / "shared.toml")
+    (drive / "drive.toml").symlink_to(tmp_path / "shared.toml")
+    (drive / "loops").rename(drive / "raw")
+    (drive / "loops").symlink_to(drive / "raw")
+    (drive / "fleet").symlink_to(tmp_path)
+    with unpacked(fleet_run.pack_drive(drive), "drive") as (there, _):
+        found = {path.relative_to(there).as_posix(): path for path in there.rglob("*.*")}
+        assert set(found) == {"drive.toml", "tests.csv", "own.toml", "loops/t01.csv"}
+        for name, path in found.items():
+            assert path.read_bytes() == (drive / name).read_bytes()
+        assert fleet_run._key(there, 0, True, False) == fleet_run._key(drive, 0, True, False)
 
 
 def test_a_drive_of_any_name_is_sent_apart_from_its_results(
