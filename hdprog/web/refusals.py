@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import logging
+import os
 from urllib.parse import quote
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
-from sqlalchemy.exc import DataError
+from sqlalchemy.exc import DataError, OperationalError
 from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse, RedirectResponse, Response
 
-from hdprog.errors import BadInputError
+from hdprog.errors import NO_ROOM, BadInputError
 from hdprog.store.drives import DriveExistsError
 from hdprog.web.lookup import UnknownError
 from hdprog.web.rendering import render
@@ -22,6 +24,8 @@ from hdprog.web.security.identity import (
     TokenNeededError,
 )
 from hdprog.web.service import NoRoomError, UnreadableError
+
+log = logging.getLogger("hdprog.web")
 
 
 def install(app: FastAPI) -> None:
@@ -38,6 +42,8 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(TokenNeededError, _token)
     app.add_exception_handler(ForgedFormError, _forged)
     app.add_exception_handler(NoRoomError, _no_room)
+    app.add_exception_handler(OperationalError, _no_answer)
+    app.add_exception_handler(OSError, _of_the_machine)
     app.add_exception_handler(Exception, _mistake)
 
 
@@ -62,6 +68,7 @@ _TITLES = {
     413: "Too large",
     422: "That cannot be used",
     500: "A mistake of ours",
+    503: "The database does not answer",
     507: "The disk is full",
 }
 
@@ -163,6 +170,30 @@ def _forged(request: Request, error: Exception) -> Response:
 
 def _no_room(request: Request, error: Exception) -> Response:
     return refuse(request, 507, str(error))
+
+
+def _no_answer(request: Request, error: Exception) -> Response:
+    assert isinstance(error, OperationalError)
+    log.error("the database does not answer: %s", error.orig)
+    return refuse(
+        request,
+        503,
+        "database: found no answer from it; expected one, as the server's log tells whoever runs "
+        "it. What was accepted before is safe. Look in a minute whether this was done, and do it "
+        "again if not.",
+    )
+
+
+def _of_the_machine(request: Request, error: Exception) -> Response:
+    if not isinstance(error, OSError) or error.errno not in NO_ROOM:
+        raise error
+    log.error("no room on the disk: %s", error)
+    return refuse(
+        request,
+        507,
+        f"disk: found no room where records are kept ({os.strerror(error.errno)}); expected some. "
+        "Whoever runs the server must make room; nothing was taken in.",
+    )
 
 
 def _mistake(request: Request, error: Exception) -> Response:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import re
 from html import unescape
 
 import pytest
+from sqlalchemy.exc import OperationalError
 from starlette.testclient import TestClient
 
 from hdprog.store import accounts
@@ -106,6 +109,28 @@ def test_a_drive_within_the_accepted_risk_is_not_counted_as_out_of_sight(
     page = person("viewer").get("/").text
     assert "<b>1</b> Nothing to plan yet" in page
     assert "No limit in sight" not in page
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (OperationalError("SELECT", {}, OSError("cut off")), 503, "The database does not answer"),
+        (OSError(errno.EDQUOT, os.strerror(errno.EDQUOT)), 507, "The disk is full"),
+        (PermissionError(errno.EACCES, "no"), 500, "A mistake of ours"),
+    ],
+)
+def test_what_the_machine_refuses_is_no_mistake_of_ours(
+    app_client: TestClient, monkeypatch: pytest.MonkeyPatch, error: Exception, code: int, words: str
+) -> None:
+    """A database that was started anew, and a quota, had people report a mistake of the program."""
+
+    def refused(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr("hdprog.web.health.workers.alive", refused)
+    answer = TestClient(app_client.app, raise_server_exceptions=False).get("/healthz")
+    assert answer.status_code == code
+    assert words in answer.text
 
 
 def test_a_mistake_of_ours_has_the_headers_of_every_answer(
