@@ -23,7 +23,10 @@ def import_drives(
     data: Data = None,
     database: DatabaseUrl = None,
 ) -> None:
-    """Take drive folders into the store and have them analysed; where one is wrong, none."""
+    """Take drive folders into the store and have them analysed.
+
+    Where one of them cannot be used, none is taken in.
+    """
     from hdprog.service.importing import take_in_folders
     from hdprog.service.queue import Queue
     from hdprog.store.store import open_store

@@ -143,7 +143,7 @@ def test_a_drives_jobs_run_in_order_and_not_side_by_side(
 ) -> None:
     numbers = [ask(store, queue, "a", b"1", 1.0)]
     workers += [Worker(store, hold), Worker(store, hold)]
-    wait_for(lambda: job(store, numbers[0]).state == "running")
+    wait_for(lambda: job(store, numbers[0]).stage == "fitting")
     numbers += [ask(store, queue, "a", bytes([65 + n]), 2.0 + n) for n in range(3)]
     other = ask(store, queue, "b", b"z", 1.0)
     hold.unlink()
