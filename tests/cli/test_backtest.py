@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,16 +14,13 @@ from hdprog.backtesting import backtest
 from hdprog.config import read_drive
 from hdprog.data.truth_file import read_truth
 from hdprog.errors import BadInputError
-from hdprog.inference.until_converged import QUICK
 from hdprog.shipped import shipped
 from tests.cli.conftest import Invoke
 from tests.drive_folders import subset_of
+from tests.hasty import SHORT
 from tests.reporting.page import Page
 
 DRIVE = Path(str(shipped("datasets"))) / "wearing-csf-25-80"
-SHORT = replace(
-    QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40, further_steps=0, refits=0
-)
 
 
 def subset(folder: Path, *tests: str) -> Path:

@@ -11,9 +11,9 @@ import pytest
 
 from hdprog import workflow
 from tests.cli.conftest import Invoke
+from tests.hasty import SHORT
 from tests.independent.loops import programme, record_loop, worn_parameters, write_csv
 from tests.independent.simulator import ARCMIN, true_figures
-from tests.workflow.test_run import SHORT
 
 HOURS = (0.0, 750.0, 1500.0)
 GROWN = (0.0, 0.5, 1.0)

@@ -15,7 +15,7 @@ from hdprog.trend.kalman_filter import RATE
 from hdprog.trend.state_space import Steps
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_prior import LogNormal, RateAhead, read_wear_prior
-from tests.trend.hasty import HASTY
+from tests.hasty import HASTY
 from tests.trend.stand_in import PRIOR, SimulatedLoop, wearing_drive
 
 FINE = 400

@@ -11,7 +11,7 @@ from hdprog.trend.fitting import fit_trend
 from hdprog.trend.state_space import LOAD_SHARE, Timeline
 from hdprog.trend.wear_clock import ServiceClock, hours_by_load
 from hdprog.trend.wear_prior import read_wear_prior
-from tests.trend.hasty import HASTY
+from tests.hasty import HASTY
 from tests.trend.stand_in import PRIOR, wearing_drive
 
 HOURS = np.linspace(0.0, 3500.0, 8)

@@ -25,8 +25,8 @@ from hdprog.trend.trend import Trend
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import Information, StatePrior, from_loop, slope, to_loop
 from hdprog.trend.wear_prior import read_wear_prior
+from tests.hasty import HASTY
 from tests.trend.cold_and_hot import CHANGE, COLD_AND_HOT, HOURS, MU, REACHED, drive
-from tests.trend.hasty import HASTY
 from tests.trend.stand_in import ALPHA, NEW, PRIOR, WEAR
 
 WEAR_PRIOR = read_wear_prior()
@@ -116,7 +116,8 @@ def scores() -> np.ndarray:
         change = np.where(np.arange(8) == MU, [-0.12, 0.06][number], 0.0)
         tests = readings(course, change, 0.01 * np.ones(8), rng)
         for told, evidence in enumerate([tests, ignoring(tests)]):
-            trend = fit_trend(evidence, PRIOR, WEAR_PRIOR, np.random.default_rng(1), quick=True)
+            rng = np.random.default_rng(1)
+            trend = fit_trend(evidence, PRIOR, WEAR_PRIOR, rng, quick=True, joint_effort=HASTY)
             paths = trend.wandering_paths(HOURS, np.random.default_rng(2), 500)
             for test, state in enumerate(course):
                 found[number, test, told] = sample_crps(paths.states[:, test, MU], state[MU])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,17 +15,14 @@ import xarray
 import hdprog
 from hdprog import workflow
 from hdprog.errors import BadInputError, UsageError
-from hdprog.inference.until_converged import QUICK
 from hdprog.physics.parameters import BY_NAME, NAMES
 from hdprog.shipped import shipped
 from hdprog.workflow import Outcome
+from tests.hasty import SHORT
 from tests.reporting.page import Page
 
 DRIVE = Path(str(shipped("datasets"))) / "wearing-csf-25-80"
 LOOP = DRIVE / "loops" / "t05.csv"
-SHORT = replace(
-    QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40, further_steps=0, refits=0
-)
 DIMS = ("ensemble", "walker", "step")
 FILES = ["posterior.nc", "report.html", "summary.json"]
 

@@ -10,7 +10,6 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -19,18 +18,13 @@ from hdprog import fleet_run, workflow
 from hdprog.atomic import atomic_directory
 from hdprog.errors import BadInputError, HdprogError, UsageError
 from hdprog.fleet_run import Fleet, LeftOut, run_fleet
-from hdprog.inference.until_converged import QUICK
 from hdprog.outcome import RUN_KEY, results_in
 from hdprog.packed import packed, unpack, unpacked
 from hdprog.shipped import shipped
 from hdprog.trend import fitting
+from tests.hasty import HASTY, SHORT
 from tests.reporting.page import Page
-from tests.trend.hasty import HASTY
 from tests.workflow.test_run import edit, subset
-
-SHORT = replace(
-    QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40, further_steps=0, refits=0
-)
 
 
 @pytest.fixture(name="folder")

@@ -16,13 +16,12 @@ import pytest
 import hdprog
 from hdprog import workflow
 from hdprog.errors import BadInputError, UsageError
-from hdprog.inference.until_converged import QUICK
 from hdprog.shipped import shipped
 from hdprog.trend import fitting
 from hdprog.workflow import Outcome
 from tests.drive_folders import subset_of
+from tests.hasty import HASTY, SHORT
 from tests.reporting.page import Page
-from tests.trend.hasty import HASTY
 
 DRIVE = Path(str(shipped("datasets"))) / "wearing-csf-25-80"
 LIMITS = [
@@ -30,9 +29,6 @@ LIMITS = [
     "secant_stiffness_Nm_per_rad",
     "hysteresis_width_arcmin",
 ]
-SHORT = replace(
-    QUICK, warm_up_steps=(10, 10, 10), first_steps=10, most_steps=40, further_steps=0, refits=0
-)
 
 
 def subset(folder: Path, tests: Sequence[str]) -> Path:
@@ -292,6 +288,7 @@ def test_without_a_rated_torque_all_tests_and_forecasts_refer_to_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(workflow, "QUICK", SHORT)
+    monkeypatch.setattr(fitting, "JOINT_QUICK", HASTY)
     folder = subset(tmp_path / "drive", ["t05", "t10"])
     edit(folder, "rated_torque_Nm = 63.0\n", "")
     limits = (folder / "drive.toml").read_text("utf-8").partition("[[limits]]")[0]
@@ -337,7 +334,8 @@ def test_a_horizon_behind_the_last_test_is_refused_before_any_fit(
 def test_a_new_drive_learns_from_the_fleet(
     outcome: Outcome, written: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(workflow, "QUICK", SHORT)  # the trend is what is looked at
+    monkeypatch.setattr(workflow, "QUICK", SHORT)  # the pace is what is looked at
+    monkeypatch.setattr(fitting, "JOINT_QUICK", HASTY)
     # The finished drive has worn at a known pace; the fleet shall hold four like it.
     fleet = tmp_path / "fleet"
     for name in ("one", "two", "three", "four"):

@@ -13,9 +13,8 @@ from hdprog import workflow
 from hdprog.shipped import shipped
 from hdprog.trend import fitting
 from tests.drive_folders import subset_of
+from tests.hasty import HASTY, SHORT
 from tests.reporting.page import Page
-from tests.trend.hasty import HASTY
-from tests.workflow.test_run import SHORT
 
 DRIVES = Path(str(shipped("datasets"))) / "undeclared-effect"
 TESTS = ["t01", "t04", "t06"]
