@@ -52,9 +52,12 @@ def state_of_code() -> str:
     """Digest of the sources that the outcome hangs on."""
     return digest(
         imported_by(
+            "hdprog.discovery.found",
+            "hdprog.discovery.heldout",
             "hdprog.discovery.search",
             "hdprog.discovery.separating",
             "tests.benchmarks.effects.loops",
+            "tests.independent.effects",
         )
     )
 

@@ -63,6 +63,7 @@ def state_of_code() -> str:
     """Digest of the sources that the outcome hangs on."""
     files = imported_by(
         "hdprog.forecast.crossing",
+        "hdprog.forecast.scores",
         "hdprog.inference.fit_loop",
         "hdprog.trend.figure_paths",
         "hdprog.trend.fitting",

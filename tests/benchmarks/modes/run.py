@@ -56,6 +56,7 @@ HISTOGRAM_BINS = 70
 LARGEST_JACOBIAN_ERROR = 1e-5
 _JACOBIANS = 1000
 _PREPARE, _REFERENCE, _NESTED, _LONG, _FULL = range(5)  # streams of random numbers of a case
+_OWN = ("annealed", "cases", "compare", "fused", "nested")
 
 
 @lru_cache(maxsize=1)
@@ -63,7 +64,7 @@ def state_of_code() -> str:
     """Digest of the sources that a case's outcome hangs on."""
     files = imported_by(
         "hdprog.inference.fit_loop",
-        *(f"tests.benchmarks.modes.{name}" for name in ("annealed", "compare", "fused", "nested")),
+        *(f"tests.benchmarks.modes.{name}" for name in _OWN),
     )
     packages = Path(__file__).parent / "requirements.txt"
     return digest([*files, Path(__file__), packages, prior_file(PRIOR)])
