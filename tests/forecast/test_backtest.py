@@ -36,7 +36,6 @@ from hdprog.physics.figures import Operation
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.wear_prior import read_wear_prior
-from tests.hasty import HASTY
 from tests.trend import cold_and_hot
 from tests.trend.stand_in import ALPHA, NEW, PRIOR, WEAR, wearing_drive
 
@@ -217,8 +216,7 @@ def test_a_later_test_is_predicted_as_warm_as_it_was(monkeypatch: pytest.MonkeyP
     seen = [seen_test(f"t{n}", one, [width], PRIOR, OPERATION) for n, one in enumerate(tests)]
     assert seen[-1].temperature_C == 35.0
     wear = read_wear_prior()
-    rng = np.random.default_rng(3)
-    trend = fit_trend(tests[:-1], PRIOR, wear, rng, quick=True, joint_effort=HASTY)
+    trend = fit_trend(tests[:-1], PRIOR, wear, np.random.default_rng(3), quick=True)
     monkeypatch.setattr(backtest, "fit_trend", lambda *_, **__: trend)
     predicted = []
     # What mounting adds to the last test speaks for one or the other: its width is the true one.

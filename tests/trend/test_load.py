@@ -11,7 +11,6 @@ from hdprog.trend.fitting import fit_trend
 from hdprog.trend.state_space import LOAD_SHARE, Timeline
 from hdprog.trend.wear_clock import ServiceClock, hours_by_load
 from hdprog.trend.wear_prior import read_wear_prior
-from tests.hasty import HASTY
 from tests.trend.stand_in import PRIOR, wearing_drive
 
 HOURS = np.linspace(0.0, 3500.0, 8)
@@ -45,7 +44,7 @@ def test_the_tests_say_whether_wear_follows_the_load(follows: bool) -> None:
         replace(test, load_hours=load)
         for test, load in zip(wearing_drive(rng, wear, HOURS), by_load, strict=True)
     ]
-    trend = fit_trend(drive, PRIOR, read_wear_prior(), rng, quick=True, joint_effort=HASTY)
+    trend = fit_trend(drive, PRIOR, read_wear_prior(), rng, quick=True)
     share = np.quantile(trend.hyperparameters()[LOAD_SHARE], (0.1, 0.5, 0.9))
     # A priori: 0.39, 0.84, 0.99.
     if follows:

@@ -116,8 +116,7 @@ def scores() -> np.ndarray:
         change = np.where(np.arange(8) == MU, [-0.12, 0.06][number], 0.0)
         tests = readings(course, change, 0.01 * np.ones(8), rng)
         for told, evidence in enumerate([tests, ignoring(tests)]):
-            rng = np.random.default_rng(1)
-            trend = fit_trend(evidence, PRIOR, WEAR_PRIOR, rng, quick=True, joint_effort=HASTY)
+            trend = fit_trend(evidence, PRIOR, WEAR_PRIOR, np.random.default_rng(1), quick=True)
             paths = trend.wandering_paths(HOURS, np.random.default_rng(2), 500)
             for test, state in enumerate(course):
                 found[number, test, told] = sample_crps(paths.states[:, test, MU], state[MU])
