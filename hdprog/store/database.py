@@ -65,19 +65,19 @@ class Database:
     def upgrade(self, to: str = "head") -> None:
         """Bring the tables to a revision, the newest unless another is named.
 
-        Of programs that start together one makes the tables, the others wait for it.
+        Of programs that start together one makes the tables, the others wait for it. What breaks
+        off leaves the tables as they were: all steps are one transaction.
         """
-        with self._writer.connect() as connection:
+        # Begun here: of its own accord Alembic lets go of SQLite after each step.
+        with self._writer.begin() as connection:
             if connection.dialect.name == "postgresql":
                 connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_UPGRADES})")
             command.upgrade(_alembic(connection), to)
-            connection.commit()
 
     def downgrade(self, to: str) -> None:
         """Take the tables back to an earlier revision ("base" leaves none)."""
-        with self.engine.connect() as connection:
+        with self._writer.begin() as connection:
             command.downgrade(_alembic(connection), to)
-            connection.commit()
 
     def revision(self) -> str | None:
         """Say which revision the tables have; None before the first."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
-from sqlalchemy import MetaData, insert, inspect, select
+from sqlalchemy import MetaData, event, insert, inspect, select
 
 from hdprog.errors import UsageError
 from hdprog.store.database import Database, newest_revision, normalised
@@ -107,6 +107,25 @@ def test_a_database_that_does_not_answer_is_said_so(tmp_path: Path) -> None:
     store = Store(tmp_path, "postgresql://nobody@127.0.0.1:1/none")
     with pytest.raises(UsageError, match="no answer"):
         store.prepare()
+
+
+def test_an_upgrade_that_breaks_off_leaves_the_tables_as_they_were(database_url: str) -> None:
+    """SQLite was let go of after each step: programs that started together came between."""
+    database = Database(database_url)
+
+    def break_off(_connection: object, _cursor: object, statement: str, *_rest: object) -> None:
+        if "horizon_hours" in statement:
+            raise KeyboardInterrupt
+
+    event.listen(database.engine, "before_cursor_execute", break_off)
+    with pytest.raises(KeyboardInterrupt):
+        database.upgrade()
+    event.remove(database.engine, "before_cursor_execute", break_off)
+    assert database.revision() is None
+    assert tables_of(database) == set()
+    database.upgrade()
+    assert database.revision() == newest_revision()
+    database.close()
 
 
 def begin(url: str, ready: Barrier) -> None:
