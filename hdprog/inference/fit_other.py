@@ -141,14 +141,10 @@ def _weights(
     chains = np.empty((ENSEMBLES, 0, 1, likelihood.size))
     # Overdispersed: each chain begins with its weights stretched by a factor of its own.
     first = starts[0].point * rng.uniform(0.2, 2.0, (ENSEMBLES, likelihood.size)) + 1e-3
-    current = np.array(
-        [sample_weights(data, design, likelihood.degrees, one, _BURN_IN, rng)[-1] for one in first]
-    )
+    current = sample_weights(data, design, likelihood.degrees, first, _BURN_IN, rng)[:, -1]
     converged = False
     while not converged and chains.shape[1] < _LONGEST * length:
-        more = np.array(
-            [sample_weights(data, design, likelihood.degrees, one, length, rng) for one in current]
-        )
+        more = sample_weights(data, design, likelihood.degrees, current, length, rng)
         current = more[:, -1]
         chains = np.concatenate([chains, more[:, :, None, :]], axis=1)
         diagnostics = diagnose(chains)

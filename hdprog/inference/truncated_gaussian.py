@@ -25,58 +25,72 @@ def sample_weights(
     draws: int,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """One chain of weights x ≥ 0 with data = design·x + s·e, x half-normal and 1/s² on s².
+    """Chains of weights x ≥ 0 with data = design·x + s·e, x half-normal and 1/s² on s².
 
     Parameters
     ----------
     data, design : (rows,) and (rows, size), whitened, the offset taken out
     degrees : of freedom of the noise scale
-    start : (size,) first weights, nonnegative
-    draws : length of the chain
+    start : (chains, size) first weights, nonnegative
+    draws : length of the chains
     rng : source of randomness
 
     Returns
     -------
-    (draws, size)
+    (chains, draws, size)
     """
+    chains, size = start.shape
     information, pull = design.T @ design, design.T @ data
-    found = np.empty((draws, start.size))
+    found = np.empty((chains, draws, size))
     weights = np.maximum(start, 1e-9)  # a particle on a wall has no way in
     for index in range(draws):
-        left = data - design @ weights
-        variance = float(left @ left / rng.chisquare(degrees))
-        weights = quarter_turn(
-            information / variance + np.eye(start.size), pull / variance, weights, rng
-        )
-        found[index] = weights
+        left = data - weights @ design.T
+        variance = (left**2).sum(axis=1) / rng.chisquare(degrees, chains)
+        precision = information / variance[:, None, None] + np.eye(size)
+        weights = quarter_turn(precision, pull / variance[:, None], weights, rng)
+        found[:, index] = weights
     return found
 
 
 def quarter_turn(
     precision: FloatArray, pull: FloatArray, weights: FloatArray, rng: np.random.Generator
 ) -> FloatArray:
-    """Next weights (size,) of a Gaussian with precision·mean = pull, cut off at zero."""
+    """Next weights of Gaussians with precision·mean = pull, cut off at zero.
+
+    Parameters
+    ----------
+    precision : (chains, size, size)
+    pull, weights : (chains, size)
+    rng : source of randomness
+
+    Returns
+    -------
+    (chains, size)
+    """
+    chains, size = weights.shape
+    every = np.arange(chains)
     factor = np.linalg.cholesky(precision)  # precision = L Lᵀ; weights = mean + L⁻ᵀ·z
-    mean = solve_triangular(factor.T, solve_triangular(factor, pull, lower=True))
-    walls = solve_triangular(factor, np.eye(weights.size), lower=True).T
-    between = walls @ walls.T
-    norms = np.diag(between)
+    walls = np.array([solve_triangular(one, np.eye(size), lower=True).T for one in factor])
+    between = walls @ walls.transpose(0, 2, 1)
+    mean = np.linalg.solve(precision, pull[:, :, None])[:, :, 0]
     # Heights over the walls and their velocities say all: z itself is not needed.
     height = weights - mean
-    velocity = walls @ rng.standard_normal(weights.size)
-    left = _QUARTER
+    velocity = np.einsum("cij,cj->ci", walls, rng.standard_normal((chains, size)))
+    left = np.full(chains, _QUARTER)
     for _ in range(_MOST_BOUNCES):
         swing = np.hypot(velocity, height)
         phase = np.arctan2(-velocity, height)
         with np.errstate(invalid="ignore"):
             when = np.mod(np.arccos(-mean / swing) - phase, 2 * np.pi)
-        when = np.where(np.isnan(when) | (when < 1e-12), np.inf, when)
-        wall = int(np.argmin(when))
-        time = min(float(when[wall]), left)
-        sine, cosine = np.sin(time), np.cos(time)
+        when[~(when >= 1e-12)] = np.inf  # a wall that is not reached, or left this moment
+        wall = when.argmin(axis=1)
+        time = np.minimum(when[every, wall], left)
+        sine, cosine = np.sin(time)[:, None], np.cos(time)[:, None]
         height, velocity = velocity * sine + height * cosine, velocity * cosine - height * sine
-        left -= time
-        if left <= 0:
+        left = left - time
+        on = left > 0
+        if not on.any():
             break
-        velocity = velocity - 2 * velocity[wall] / norms[wall] * between[:, wall]
+        push = np.where(on, 2 * velocity[every, wall] / between[every, wall, wall], 0.0)
+        velocity = velocity - push[:, None] * between[every, :, wall]
     return np.asarray(np.maximum(mean + height, 0.0))
