@@ -124,8 +124,9 @@ def test_without_the_slope_of_the_ridge_it_would_not_be(
 def test_shifts_that_forget_how_likely_the_states_are_would_be_noticed(
     problem: Problem, reference: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """They run away at once."""
     monkeypatch.setattr(joint_chains, "_log_normal", lambda numbers: np.zeros(len(numbers)))
-    found = sampled(problem, monkeypatch, SHORT).measured
+    found = sampled(problem, monkeypatch, Effort(30, 30, 0.0, 0.0)).measured
     _, ratio = shifts_and_ratios(found.reshape(len(found), -1), reference)
     assert ratio.max() > 1.15
 
