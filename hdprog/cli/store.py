@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from hdprog.cli.web_extra import Data, DatabaseUrl, data_folder, needs_web
+from hdprog.cli.web_extra import Data, DatabaseUrl, data_folder, needs_web, store_folder
 from hdprog.errors import UsageError
 
 store = typer.Typer(no_args_is_help=True, help="The upload service's store: in, out, back-up.")
@@ -54,7 +54,7 @@ def export(
 
     if out.exists():
         raise UsageError(f"--out: found something at {out}, expected a name that is free.")
-    with open_store(data_folder(data), database) as opened, opened.reading() as session:
+    with open_store(store_folder(data), database) as opened, opened.reading() as session:
         drive = find_drive(session, name)
         if drive is None:
             raise UsageError(f"DRIVE: found no drive {name!r}, expected one of the fleet's page.")
@@ -67,16 +67,9 @@ def export(
 def backup(archive: Archive, data: Data = None, database: DatabaseUrl = None) -> None:
     """Copy database and files into one archive; the service may run on."""
     from hdprog.store.backup import back_up
-    from hdprog.store.files import holds_store
     from hdprog.store.store import open_store
 
-    folder = data_folder(data)
-    if not holds_store(folder):
-        raise UsageError(
-            f"--data: found no store in {folder}, expected the data folder of the service. Give it "
-            "with --data DIR, or in HDPROG_DATA."
-        )
-    with open_store(folder, database) as opened:
+    with open_store(store_folder(data), database) as opened:
         size = back_up(opened, archive)
     typer.echo(f"Backup: {archive} ({size / 1e6:.1f} MB)")
 

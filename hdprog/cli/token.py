@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from hdprog.cli.web_extra import Data, DatabaseUrl, Role, data_folder, needs_web
+from hdprog.cli.web_extra import Data, DatabaseUrl, Role, data_folder, needs_web, store_folder
 from hdprog.errors import UsageError
 
 token = typer.Typer(no_args_is_help=True, help="Tokens of the upload service's API.")
@@ -38,7 +38,7 @@ def revoke(name: Name, data: Data = None, database: DatabaseUrl = None) -> None:
     from hdprog.store.audit import COMMAND_LINE
     from hdprog.store.store import open_store
 
-    with open_store(data_folder(data), database) as store, store.writing() as session:
+    with open_store(store_folder(data), database) as store, store.writing() as session:
         found = [
             one for one in accounts.tokens(session) if one.name == name and one.revoked_at is None
         ]
@@ -56,7 +56,7 @@ def list_tokens(data: Data = None, database: DatabaseUrl = None) -> None:
     from hdprog.store import accounts
     from hdprog.store.store import open_store
 
-    with open_store(data_folder(data), database) as store, store.reading() as session:
+    with open_store(store_folder(data), database) as store, store.reading() as session:
         for one in accounts.tokens(session):
             state = "revoked" if one.revoked_at else one.role
             typer.echo(f"{one.name:<30} {state:<10} made {one.created_at:%Y-%m-%d}")

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from hdprog.cli.web_extra import Data, DatabaseUrl, Role, data_folder, needs_web
+from hdprog.cli.web_extra import Data, DatabaseUrl, Role, data_folder, needs_web, store_folder
 from hdprog.errors import UsageError
 
 user = typer.Typer(no_args_is_help=True, help="Accounts of the upload service.")
@@ -47,7 +47,7 @@ def password(name: Name, data: Data = None, database: DatabaseUrl = None) -> Non
     from hdprog.store.audit import COMMAND_LINE
     from hdprog.store.store import open_store
 
-    with open_store(data_folder(data), database) as store:
+    with open_store(store_folder(data), database) as store:
         new = _password()
         with store.writing() as session:
             found = accounts.find_user(session, name)
@@ -64,7 +64,7 @@ def list_users(data: Data = None, database: DatabaseUrl = None) -> None:
     from hdprog.store import accounts
     from hdprog.store.store import open_store
 
-    with open_store(data_folder(data), database) as store, store.reading() as session:
+    with open_store(store_folder(data), database) as store, store.reading() as session:
         for one in accounts.users(session):
             typer.echo(f"{one.name:<30} {one.role}{', switched off' if one.disabled else ''}")
 

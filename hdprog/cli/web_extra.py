@@ -82,3 +82,16 @@ def data_folder(given: Path | None) -> Path:
     from hdprog.store.files import default_data_folder
 
     return default_data_folder() if given is None else given
+
+
+def store_folder(given: Path | None) -> Path:
+    """Settle where the data are of a store that is there; a slip in its name begins no new one."""
+    from hdprog.store.files import holds_store
+
+    folder = data_folder(given)
+    if not holds_store(folder):
+        raise UsageError(
+            f"--data: found no store in {folder}, expected the data folder of the service. Give it "
+            "with --data DIR, or in HDPROG_DATA."
+        )
+    return folder

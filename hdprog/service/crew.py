@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import subprocess
 import sys
 import threading
@@ -9,6 +10,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
+log = logging.getLogger("hdprog.service")
 _LOOK_SECONDS = 1.0
 _REST_SECONDS = 5.0  # before a worker that died soon is started again
 _END_SECONDS = 10.0
@@ -41,18 +43,12 @@ def crew(count: int, options: Sequence[str]) -> Iterator[None]:
 def _keep_running(options: Sequence[str], stop: threading.Event) -> None:
     while not stop.is_set():
         begun = time.monotonic()
-        process = subprocess.Popen(
-            [
-                sys.executable,
-                "-c",
-                "from hdprog.cli import main; main()",
-                "worker",
-                "--until-input-ends",
-                *options,
-            ],
-            stdin=subprocess.PIPE,  # never written to; it ends when this server does
-            start_new_session=True,  # Ctrl-C reaches the server, which then ends its workers
-        )
+        try:
+            process = _started(options)
+        except OSError as error:  # no memory or no process left: there may be, later
+            log.warning("a worker could not be started, trying again: %s", error)
+            stop.wait(_REST_SECONDS)
+            continue
         while process.poll() is None and not stop.wait(_LOOK_SECONDS):
             pass
         if process.poll() is None:
@@ -64,3 +60,18 @@ def _keep_running(options: Sequence[str], stop: threading.Event) -> None:
                 process.wait()
         elif time.monotonic() - begun < _REST_SECONDS:
             stop.wait(_REST_SECONDS)
+
+
+def _started(options: Sequence[str]) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            "from hdprog.cli import main; main()",
+            "worker",
+            "--until-input-ends",
+            *options,
+        ],
+        stdin=subprocess.PIPE,  # never written to; it ends when this server does
+        start_new_session=True,  # Ctrl-C reaches the server, which then ends its workers
+    )

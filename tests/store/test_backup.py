@@ -215,12 +215,24 @@ def test_no_room_to_write_a_backup_is_told(tmp_path: Path, monkeypatch: pytest.M
     assert [path.name for path in tmp_path.iterdir()] == ["data"]
 
 
-def test_a_folder_without_a_store_has_no_backup(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "command",
+    [
+        "store backup backup.tar.gz",
+        "store export axis --out axis",
+        "user list",
+        "user password anna",
+        "token list",
+        "token revoke robot",
+    ],
+)
+def test_a_folder_without_a_store_has_nothing_to_give(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str
+) -> None:
     """An empty store was made there and backed up, night after night, for the one that counts."""
-    for data in (tmp_path / "slip", tmp_path):
-        done = CliRunner().invoke(
-            app, ["store", "backup", str(tmp_path / "backup.tar.gz"), "--data", str(data)]
-        )
+    monkeypatch.chdir(tmp_path)
+    for data in ("slip", "."):
+        done = CliRunner().invoke(app, [*command.split(), "--data", data])
         assert done.exit_code == 2
         assert "found no store in" in done.output
     assert list(tmp_path.iterdir()) == []
