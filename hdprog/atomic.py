@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import secrets
 import shutil
 from collections.abc import Iterator, Sequence
@@ -13,6 +14,11 @@ from pathlib import Path
 def _aside(folder: Path, name: str) -> Path:
     # Cut: beside a name near the longest that a file system takes, a longer one cannot be made.
     return folder / f".{name[:40]}.{secrets.token_hex(4)}.part"
+
+
+def is_aside(name: str) -> bool:
+    """Tell whether a name is that of something unfinished, written aside by what was killed."""
+    return re.fullmatch(r"\..*\.[0-9a-f]{8}\.part", name) is not None
 
 
 def atomic_write_bytes(path: Path, content: bytes) -> None:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from hdprog.atomic import is_aside
+
 
 def drive_folders(path: Path, results: Path | None = None) -> list[Path]:
-    """Find the folders with a drive.toml, links followed, each once.
+    """Find the folders with a drive.toml, links followed, each once; none that is unfinished.
 
     Parameters
     ----------
@@ -36,6 +38,7 @@ def folders_with(name: str, path: Path, left_out: Path | None = None) -> list[Pa
             inner.clear()
             continue
         seen.add(real)
+        inner[:] = [one for one in inner if not is_aside(one)]
         inner.sort()  # of two names of a folder the same one on every machine
         if name in files:
             found.append(here)

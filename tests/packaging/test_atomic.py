@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from hdprog.atomic import atomic_directory, atomic_write_bytes, atomic_write_text
+from hdprog.drive_folders import drive_folders
 
 
 def names(folder: Path) -> list[str]:
@@ -103,3 +104,11 @@ def test_a_file_in_the_way_is_refused(tmp_path: Path) -> None:
     with pytest.raises(NotADirectoryError), atomic_directory(tmp_path / "out"):
         pass
     assert (tmp_path / "out").read_text(encoding="utf-8") == "mine"
+
+
+def test_what_a_killed_command_left_aside_is_no_drive(tmp_path: Path) -> None:
+    """A fleet ran it as a drive of the same id, and refused both."""
+    with atomic_directory(tmp_path / "axis") as aside:
+        (aside / "drive.toml").write_text("", "utf-8")
+        assert drive_folders(tmp_path) == []
+    assert drive_folders(tmp_path) == [tmp_path / "axis"]
