@@ -107,7 +107,7 @@ def test_a_file_in_the_way_is_refused(tmp_path: Path) -> None:
 
 
 def test_what_a_killed_command_left_aside_is_no_drive(tmp_path: Path) -> None:
-    """A fleet ran it as a drive of the same id, and refused both."""
+    """A fleet took it for one."""
     with atomic_directory(tmp_path / "axis") as aside:
         (aside / "drive.toml").write_text("", "utf-8")
         assert drive_folders(tmp_path) == []
