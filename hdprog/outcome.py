@@ -240,6 +240,16 @@ class ExplainOutcome(Outcome):
         return self.explanation.verdict
 
     @property
+    def sentence(self) -> str:
+        """The outcome in plain words; that nothing was added answers what was asked, too."""
+        if self.effects:  # which the verdict on the drive tells
+            return super().sentence
+        from hdprog.reporting.sections.effects_lead import lead
+        from hdprog.reporting.words import tidy
+
+        return f"{super().sentence} {tidy(lead(self.explanation))}"
+
+    @property
     def effects(self) -> tuple[FoundEffect, ...]:
         """Effects that were added, the one that carries most first."""
         return self.explanation.effects

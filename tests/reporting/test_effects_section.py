@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hdprog.explanation import LeftOver
+from hdprog.outcome import ExplainOutcome
 from hdprog.reporting.build import build_report
 from hdprog.reporting.effect_words import moved_words, place_of_unknown
 from hdprog.reporting.figures.unknown_course import unknown_course
@@ -257,6 +258,28 @@ def test_an_adequate_drive_says_so() -> None:
         "all tests 7.1 µrad on the data fitted and 7.3 µrad on data left out of the fit (noise "
         "floor 7.0 µrad)."
     )
+
+
+@pytest.mark.parametrize(
+    "result",
+    [
+        explanations.single(explanations.adequate()),
+        explanations.of_drive(explanations.adequate_drive()),
+    ],
+    ids=["record", "drive"],
+)
+def test_that_nothing_was_added_is_told_on_the_screen_where_it_was_asked(
+    result: DriveResult,
+) -> None:
+    told = ExplainOutcome(result, (), single=result.trend is None).sentence
+    assert told.startswith(verdict(result).text)
+    assert "nothing was added. Error" in told
+    assert told.count("7.1\u202fµrad") == 1
+
+
+def test_what_was_added_is_told_once() -> None:
+    result = explanations.single(explanations.record())
+    assert ExplainOutcome(result, (), single=True).sentence == verdict(result).text
 
 
 def test_the_verdict_tells_what_was_added_and_what_it_moves() -> None:
