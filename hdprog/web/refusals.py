@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import logging
 import os
+from collections.abc import Mapping
+from typing import Any
 from urllib.parse import quote
 
 from fastapi import FastAPI, Request
@@ -97,10 +99,31 @@ def _invalid(request: Request, error: Exception) -> Response:
                 f"address: found nothing called {str(one.get('input'))[:80]!r}; expected a name "
                 "that a page or an answer gave. Look it up there.",
             )
-        place = " ".join(str(part) for part in one["loc"])
-        found = "nothing" if one["type"] == "missing" else repr(one.get("input"))[:80]
-        words.append(f"{place}: found {found}; expected otherwise: {one['msg']}. Correct it.")
+        words.append(_invalid_part(one))
     return refuse(request, 422, *words)
+
+
+def _invalid_part(one: Mapping[str, Any]) -> str:
+    """Say of one part of a request where it is, what it was, should be, and what to do."""
+    place = " ".join(str(part) for part in one["loc"])
+    match one["type"]:
+        case "json_invalid":
+            return (
+                f"body, character {one['loc'][-1] + 1}: found text that is not valid JSON "
+                f"({one['ctx']['error']}); expected one JSON object. Correct that place."
+            )
+        case "missing":
+            return f"{place}: found nothing; expected it to be given. Add it."
+        case "model_attributes_type":  # what no header calls JSON arrives as mere text
+            return (
+                f"{place}: found {_shown(one)}; expected one JSON object. Send one, with the "
+                "header Content-Type: application/json."
+            )
+    return f"{place}: found {_shown(one)}; expected otherwise: {one['msg']}. Correct it."
+
+
+def _shown(one: Mapping[str, Any]) -> str:
+    return repr(one.get("input"))[:80]
 
 
 def _unkept(request: Request, error: Exception) -> Response:

@@ -87,6 +87,28 @@ def test_a_drive_that_cannot_be_is_refused_in_words(api: TestClient) -> None:
     assert "Did you mean lost_motion_arcmin?" in answer.json()["detail"]
 
 
+@pytest.mark.parametrize(
+    ("body", "header", "said"),
+    [
+        ('{"drive": ', True, "character 11: found text that is not valid JSON (Expecting value)"),
+        ("{}", True, "body drive: found nothing; expected it to be given. Add it."),
+        (
+            '{"drive": {"id": "x"}}',
+            False,
+            "Send one, with the header Content-Type: application/json.",
+        ),
+    ],
+    ids=["cut short", "empty", "no header"],
+)
+def test_a_body_that_is_no_drive_is_told_what_it_lacks(
+    api: TestClient, body: str, header: bool, said: str
+) -> None:
+    headers = {"Content-Type": "application/json"} if header else {}
+    answer = api.post("/api/v1/drives", content=body, headers=headers)
+    assert answer.status_code == 422
+    assert said in answer.json()["detail"]
+
+
 def test_a_test_is_accepted_with_its_job(api: TestClient, loop_file: Path) -> None:
     answer = upload(api, loop_file, event="regreased", note="=cmd|x", test_id="t01")
     assert answer.status_code == 202
