@@ -220,7 +220,8 @@ class DriveExplanation:
     effects, considered : pooled over the tests; an effect's parameters are those of the last test
         that carries it, its `origin` is filled
     amplitudes : effect id → (tests, 4) service hours and 5 %, 50 %, 95 % of the angle that it
-        moves (root mean square over the record, in rad); a test without it has zeros
+        moves (root mean square over the record, in rad); a test without it has zeros, one whose
+        record cannot show it NaN
     tests : one a test, by service hours
     remaining_hours_before, remaining_hours_after : level → hours to the first limit without and
         with the effects, None past the horizon; None altogether where there is no forecast
@@ -238,3 +239,8 @@ class DriveExplanation:
     def left_over(self) -> LeftOver | None:
         """What remains of all tests together beside the mechanisms, or None."""
         return next((test.left_over for test in self.tests if test.left_over is not None), None)
+
+    def not_shown_by(self, test_id: str) -> tuple[str, ...]:
+        """Ids of effects of the drive that the record of a test cannot show."""
+        at = [test.test_id for test in self.tests].index(test_id)
+        return tuple(name for name, sizes in self.amplitudes.items() if np.isnan(sizes[at, 2]))

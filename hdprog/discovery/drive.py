@@ -51,13 +51,10 @@ def explain_drive(
     names = dict.fromkeys(effect.id for test in tests for effect in test.effects)
     after, hours = [one.after for one in closed], [test.service_hours for test in tests]
     sizes = {
-        name: _sizes_of_unknown(tests) if name == UNKNOWN else _sizes(name, after, hours)
+        name: _sizes_of_unknown(tests) if name == UNKNOWN else _sizes_shown(name, after, hours)
         for name in names
     }
-    found = [
-        _pooled_effect(name, traced, closed, _where_shown(name, sizes[name], after), events)
-        for name in names
-    ]
+    found = [_pooled_effect(name, traced, closed, sizes[name], events) for name in names]
     found.sort(key=lambda effect: (effect.id == UNKNOWN, -effect.share))
     return DriveExplanation(
         verdict=_verdict(set(names)),
@@ -97,19 +94,26 @@ def brought_by_wear(
     """
     found = []
     for effect in lasting_effects(posteriors):
-        sizes = _where_shown(effect.id, _sizes(effect.id, posteriors, hours), posteriors)
+        sizes = _sizes_shown(effect.id, posteriors, hours)
         if any(_along_hours(life) == "wear" for life, _ in _lives(sizes, events)):
             found.append(effect)
     return tuple(found)
 
 
-def _sizes(name: str, posteriors: Sequence[Posterior], hours: Sequence[float | None]) -> FloatArray:
-    """(tests, 4) service hours and 5 %, 50 %, 95 % of the angle that an effect moves, in rad."""
+def _sizes_shown(
+    name: str, posteriors: Sequence[Posterior], hours: Sequence[float | None]
+) -> FloatArray:
+    """(tests, 4) service hours and 5 %, 50 %, 95 % of the angle that an effect moves, in rad.
+
+    NaN where a record cannot show the effect: it does not say that it is absent.
+    """
     rows = np.zeros((len(posteriors), 4))
     for row, posterior, when in zip(rows, posteriors, hours, strict=True):
         row[0] = np.nan if when is None else when
         if name in posterior.effects:
             row[1:] = np.quantile(effect_size(posterior, name), (0.05, 0.5, 0.95))
+        elif unmet(BY_ID[name], posterior.likelihood.reduced.course):
+            row[1:] = np.nan
     return rows
 
 
@@ -121,15 +125,6 @@ def _sizes_of_unknown(tests: Sequence[Explanation]) -> FloatArray:
         if test.course.unknown is not None:
             row[1:] = np.std(test.course.unknown)
     return rows
-
-
-def _where_shown(name: str, sizes: FloatArray, posteriors: Sequence[Posterior]) -> FloatArray:
-    """The same sizes, NaN where a record cannot show the effect: it does not say it is absent."""
-    found = sizes.copy()
-    for row, posterior in zip(found, posteriors, strict=True):
-        if name != UNKNOWN and unmet(BY_ID[name], posterior.likelihood.reduced.course):
-            row[1:] = np.nan
-    return found
 
 
 def origin_of(sizes: FloatArray, events: Sequence[str | None]) -> Origin:

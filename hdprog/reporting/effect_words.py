@@ -176,7 +176,23 @@ def found_words(explanation: Explanation | DriveExplanation) -> str | None:
             f"{rest} remains {place_of_unknown(explanation)}, which is none of the known effects: "
             "what rests on this model may be biased, a forecast too."
         )
+    if isinstance(explanation, DriveExplanation):
+        said += _not_shown(explanation)
     return " ".join(said) or None
+
+
+def _not_shown(found: DriveExplanation) -> list[str]:
+    """Which tests cannot show an effect of the drive, and what follows for their figures."""
+    by_effect: dict[str, list[str]] = {}
+    for test in found.tests:
+        for identifier in found.not_shown_by(test.test_id):
+            by_effect.setdefault(effect_name(identifier), []).append(test.test_id)
+    return [
+        f"{agree(len(tests), 'Test', 'Tests')} {listed(tests)} cannot show {name}: how far it is in "
+        f"{agree(len(tests), 'its', 'their')} figures cannot be told, and to compare them with "
+        "those of the other tests may mislead."
+        for name, tests in by_effect.items()
+    ]
 
 
 def left_over_words(found: LeftOver) -> str:

@@ -33,8 +33,9 @@ def explain_json(result: DriveResult) -> dict[str, Any]:
     Of a drive the top level is pooled over its tests: errors, noise floor and repeatability are
     the root mean square over the tests, correlation and share of outliers their mean; in
     `carried_by` the fraction is the mean and the p-value that of all tests joined; parameters and
-    figures before and after are those of the last test. `per_test` holds one object a test, empty
-    for a single record. What is not a finite number is null.
+    figures before and after are those of the last test; an amplitude is null where a test cannot
+    show the effect. `per_test` holds one object a test, empty for a single record. What is not a
+    finite number is null.
 
     Raises
     ------

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
+from hdprog.explanation import DriveExplanation
 from hdprog.reporting.sections.changes import changes
 from hdprog.results import DriveResult
 from tests.reporting.drives import LOST_MOTION, wearing
+from tests.reporting.explanations import of_drive
 
 _OTHER_WAY = "The trend over all tests goes the other way in lost motion"
 
@@ -61,3 +65,18 @@ def test_what_wear_has_brought_counts_as_in_the_trend() -> None:
     found = changes(with_it)
     assert found is not None
     assert "count backlash in, as the trend does" in found.table.caption
+
+
+def test_an_effect_that_a_test_cannot_show_has_neither_come_nor_gone() -> None:
+    result = of_drive()
+    *_, before, now = result.tests
+    explanation = result.explanation
+    assert isinstance(explanation, DriveExplanation)
+    first = replace(result, tests=(replace(before, effects=("backlash",)), now))
+    last = replace(result, tests=(before, replace(now, effects=("backlash",))))
+    assert "Effects that only the test before had: backlash." in text(first)
+    assert "Effects that the test before did not have: backlash." in text(last)
+    explanation.amplitudes["backlash"][-2:, 1:] = np.nan
+    assert "Test t07 cannot show backlash, which test t06 has." in text(first)
+    assert "Test t06 cannot show backlash, which test t07 has." in text(last)
+    assert "Effects that" not in text(first) + text(last)

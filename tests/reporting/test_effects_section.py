@@ -239,6 +239,25 @@ def test_a_drive_tells_origin_hours_left_and_each_test() -> None:
     assert size.action.startswith("count it with the wear")
 
 
+def test_a_test_that_cannot_show_an_effect_is_not_said_to_lack_it() -> None:
+    """The last test, and the one in the middle that lies before the first with it."""
+    drive = explanations.drive_explanation()
+    sizes = drive.amplitudes["backlash"].copy()
+    sizes[[1, 6], 1:] = np.nan
+    last = explanations.adequate(test_id="t07", hours=900.0)
+    drive = replace(drive, amplitudes={"backlash": sizes}, tests=(*drive.tests[:6], last))
+    added = {test: cells[-1] for test, cells in tables(drive)["Each test by itself."].items()}
+    assert added["t01"] == "none"
+    assert added["t02"] == added["t07"] == "none (cannot show backlash)"
+    part = next(part for part in section(drive).parts if part.title == "Backlash")
+    assert "found in 4 of 7 tests (2 cannot show it)" in spaced(part.pictures[0].alt)
+    data = part.pictures[0].data
+    assert data is not None
+    assert data.text.splitlines()[-1] == "900,,,"
+    told = "Tests t02 and t07 cannot show backlash: how far it is in their figures cannot be told"
+    assert told in warnings(explanations.of_drive(drive))[0]
+
+
 def test_an_effect_of_the_rig_is_not_counted_as_wear() -> None:
     drive = explanations.drive_explanation(effects=(explanations.backlash(origin="rig"),))
     assert "says nothing of the drive's wear" in said(drive)

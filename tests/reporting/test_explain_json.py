@@ -112,6 +112,9 @@ def test_a_drive_is_pooled_over_its_tests() -> None:
     assert found["remaining_hours_before"]["q50"] == 1560.0
     assert found["remaining_hours_after"]["q95"] is None
     assert found["amplitudes"]["backlash"][0]["rms_rad"]["q50"] == 0.0
+    drive.amplitudes["backlash"][0, 1:] = np.nan  # of a test that cannot show it
+    hidden = written(explanations.of_drive(drive))["amplitudes"]["backlash"][0]["rms_rad"]
+    assert set(hidden.values()) == {None}
     assert found["parameters_after"] == found["per_test"][-1]["parameters_after"]
 
 

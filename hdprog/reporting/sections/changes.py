@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hdprog.explanation import DriveExplanation, Explanation
 from hdprog.reporting.bias import DEVIATIONS_IN_90
 from hdprog.reporting.effect_words import effect_name
 from hdprog.reporting.rounding import grouped, hours, rounded
@@ -56,9 +57,12 @@ def changes(result: DriveResult) -> Changes | None:
         doubtful=not (before.converged and now.converged),
     )
     told = [key for key in keys if key in limited] or keys
-    return Changes(
-        _text(told, before, now) + _against_trend(told, before, now, result.trend), table
+    said = (
+        _text(told, before, now),
+        _of_effects(before, now, result.explanation),
+        _against_trend(told, before, now, result.trend),
     )
+    return Changes("".join(said), table)
 
 
 def _as_followed(test: TestResult) -> TestResult:
@@ -166,11 +170,27 @@ def _text(keys: list[str], before: TestResult, now: TestResult) -> str:
     if now.event:
         since += f" and before the drive was {now.event}"
     said = "; ".join(parts) if parts else f"{_UNMOVED} by more than the two tests' noise"
-    text = f"{since}: {said}."
-    added = [effect_name(effect) for effect in now.effects if effect not in before.effects]
-    gone = [effect_name(effect) for effect in before.effects if effect not in now.effects]
-    if added:
-        text += f" Effects that the test before did not have: {listed(added)}."
-    if gone:
-        text += f" Effects that only the test before had: {listed(gone)}."
+    return f"{since}: {said}."
+
+
+def _of_effects(
+    before: TestResult, now: TestResult, explanation: Explanation | DriveExplanation | None
+) -> str:
+    """Effects that one of the tests has alone; what a test cannot show is not said to be absent."""
+    text = ""
+    for only, other, lead in (
+        (now, before, "Effects that the test before did not have"),
+        (before, now, "Effects that only the test before had"),
+    ):
+        hidden: tuple[str, ...] = ()
+        if isinstance(explanation, DriveExplanation):
+            hidden = explanation.not_shown_by(other.test_id)
+        differ = [effect for effect in only.effects if effect not in other.effects]
+        seen = [effect_name(effect) for effect in differ if effect not in hidden]
+        unseen = [effect_name(effect) for effect in differ if effect in hidden]
+        if seen:
+            text += f" {lead}: {listed(seen)}."
+        if unseen:
+            text += f" Test {other.test_id} cannot show {listed(unseen, 'or')}, which test "
+            text += f"{only.test_id} has."
     return text

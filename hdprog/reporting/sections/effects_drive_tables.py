@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from hdprog.explanation import DriveExplanation, ErrorFigures
-from hdprog.reporting.effect_words import remaining_cells
+from hdprog.reporting.effect_words import effect_name, remaining_cells
 from hdprog.reporting.error_words import LEFT_OUT, micro
 from hdprog.reporting.rounding import hours
 from hdprog.reporting.sections.effects_tables import column_head, names
 from hdprog.reporting.sections.table import Row, Table, Value
+from hdprog.reporting.words import listed
 
 VERDICTS: Mapping[str, str] = {
     "adequate": "nothing lacking",
@@ -30,7 +31,7 @@ def tests_table(found: DriveExplanation) -> Table:
                 _error(test.before),
                 _error(test.after),
                 micro(test.noise_floor_rad),
-                names(test.effects),
+                names(test.effects) + _not_shown(found, test.test_id),
             ),
             doubtful=not test.converged,
         )
@@ -50,6 +51,11 @@ def tests_table(found: DriveExplanation) -> Table:
         ),
         rows,
     )
+
+
+def _not_shown(found: DriveExplanation, test_id: str) -> str:
+    hidden = [effect_name(name) for name in found.not_shown_by(test_id)]
+    return f" (cannot show {listed(hidden, 'or')})" if hidden else ""
 
 
 def _error(errors: ErrorFigures) -> Value:
