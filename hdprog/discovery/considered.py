@@ -42,11 +42,21 @@ def considered(traced: Traced, held_before: HeldOut, alone: bool) -> tuple[Consi
             None,
             None,
             None,
-            f"cannot be told from this record: it lacks {' and '.join(needs)}",
+            cannot_be_told([needs]),
         )
         for name, needs in traced.missing.items()
     ]
     return (*looked_at, *lacking)
+
+
+def cannot_be_told(needs: Sequence[Sequence[str]]) -> str:
+    """Why no record shows an effect: what all lack, else what one or the other does."""
+    if len(needs) == 1:
+        return f"cannot be told from this record: it lacks {' and '.join(needs[0])}"
+    each = [set(lacking) for lacking in needs]
+    all_lack = " and ".join(sorted(set.intersection(*each)))
+    lacking = all_lack or " or ".join(sorted(set.union(*each)))
+    return f"cannot be told from any of the {len(needs)} tests: they lack {lacking}"
 
 
 def why_not(

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hdprog.discovery.considered import why_not
+from hdprog.discovery.considered import cannot_be_told, why_not
 from hdprog.discovery.explain import Closed
 from hdprog.discovery.found import choosing_step, effect_size
 from hdprog.discovery.search import Traced
@@ -278,16 +278,19 @@ def _considered(
         for effect in one.explanation.considered
         if effect.id not in found
     }
-    looked_at = [
-        ConsideredEffect(
-            name,
-            seen[name].words,
-            gain,
-            None,
-            None,
-            why_not(name, gains, taken, left, UNKNOWN in found, decided=True),
-        )
-        for name, gain in sorted(gains[0].items(), key=lambda item: (-item[1], item[0]))
-        if name in seen
-    ]
-    return (*looked_at, *(effect for name, effect in seen.items() if name not in gains[0]))
+    lacking = {name: [record.missing.get(name, ()) for record in traced] for name in seen}
+
+    def why(name: str) -> str:
+        if name not in gains[0]:
+            return cannot_be_told(lacking[name])
+        said = why_not(name, gains, taken, left, UNKNOWN in found, decided=True)
+        hidden = sum(map(bool, lacking[name]))
+        return f"{said}; {hidden} of {len(traced)} tests cannot show it" if hidden else said
+
+    looked_at = sorted(gains[0].items(), key=lambda item: (-item[1], item[0]))
+    names = [name for name, _ in looked_at if name in seen]
+    names += [name for name in seen if name not in gains[0]]
+    return tuple(
+        ConsideredEffect(name, seen[name].words, gains[0].get(name), None, None, why(name))
+        for name in names
+    )

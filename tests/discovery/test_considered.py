@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hdprog.discovery.considered import why_not
+from hdprog.discovery.considered import cannot_be_told, why_not
 
 
 @pytest.mark.parametrize(
@@ -50,3 +50,11 @@ def test_what_was_taken_or_gained_later_had_evidence() -> None:
     assert "carries part of the error only" in taken
     beside = why_not("creep", gains, ("backlash",), ("backlash",), False, decided=True)
     assert "40.0 beside backlash" in beside
+
+
+@pytest.mark.parametrize(
+    ("second", "lack"),
+    [(["a rate"], "a rate"), (["a rate", "time"], "a rate"), (["an angle"], "a rate or an angle")],
+)
+def test_several_tests_lack_what_all_of_them_do(second: list[str], lack: str) -> None:
+    assert cannot_be_told([["a rate"], second]).endswith(f"of the 2 tests: they lack {lack}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -38,3 +39,25 @@ def test_the_best_that_was_not_added_is_weighed(
 def test_its_reasons_stand_as_they_are() -> None:
     closed = SimpleNamespace(explanation=SimpleNamespace(considered=(CREEP,)))
     assert _considered([], [cast("Any", closed)], set()) == (CREEP,)
+
+
+def test_of_several_tests_it_is_told_how_many_cannot_show_an_effect() -> None:
+    """Creep by the timed test alone, a kinematic error by none."""
+    missing: list[dict[str, tuple[str, ...]]] = [{}, {"creep": ("time",)}]
+    model = SimpleNamespace(log_evidence=0.0, ids=())
+    grown = SimpleNamespace(log_evidence=1.0, ids=("creep",))
+    traced = [
+        SimpleNamespace(
+            steps=[SimpleNamespace(before=model, models={} if lacking else {"creep": grown})],
+            mechanisms=model,
+            final=model,
+            missing={**lacking, "kinematic_error": ("output angle",)},
+        )
+        for lacking in missing
+    ]
+    ripple = replace(CREEP, id="kinematic_error", log_evidence_gain=None)
+    closed = SimpleNamespace(explanation=SimpleNamespace(considered=(CREEP, ripple)))
+    creep, kinematic = _considered(cast("Any", traced), [cast("Any", closed)] * 2, set())
+    assert creep.why_not.endswith("where 5 is asked for; 1 of 2 tests cannot show it")
+    assert kinematic.why_not == "cannot be told from any of the 2 tests: they lack output angle"
+    assert kinematic.log_evidence_gain is None
