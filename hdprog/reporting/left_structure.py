@@ -15,6 +15,10 @@ STRUCTURE = (
     "forecast may be biased. The intervals are widened by the correlated noise model; look at the "
     "residual strip for its shape."
 )
+LOOK_IN_RIG = (
+    "look for what else moves in the rig (play, creep, warming) before trusting its stiffness and "
+    "width."
+)
 _CORRELATION = 0.3
 _ABOVE = 1.2  # times the noise from which the verdict speaks of it
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hdprog.explanation import LeftOver
+from hdprog.explanation import ErrorFigures, LeftOver
 from hdprog.outcome import ExplainOutcome
 from hdprog.reporting.build import build_report
 from hdprog.reporting.effect_words import moved_words, place_of_unknown
@@ -84,6 +84,15 @@ def test_an_adequate_record_says_so_and_stays_short() -> None:
     )
     assert picture.height < 300
     assert len(found.parts[0].tables[0].columns) == 2
+    assert picture.action == "nothing."
+
+
+def test_where_nothing_was_added_and_the_noise_is_not_reached_there_is_something_to_do() -> None:
+    high = ErrorFigures(4e-5, 4.2e-5, 4.1e-5, 0.9)
+    found = section(replace(explanations.adequate(), before=high, after=high))
+    assert "The drive model does not reach the noise on this record" in found.lead
+    assert "part of it is still unexplained" in found.left
+    assert found.parts[0].pictures[0].action.startswith("look for what else moves in the rig")
 
 
 def test_an_explained_record_names_the_effect_and_its_errors() -> None:
@@ -218,7 +227,7 @@ def test_a_drive_tells_origin_hours_left_and_each_test() -> None:
     ) in text
     assert tables(drive)["Hours from the last"]["with backlash"] == ("1 400 h", "1 900 h", "later")
     each = tables(drive)["Each test by itself."]
-    assert each["t01"][1] == "nothing lacking"
+    assert each["t01"][1] == "nothing added"
     assert each["t07"] == (
         "900 h",
         "explained",

@@ -16,7 +16,7 @@ from hdprog.reporting.effect_words import (
     mechanisms,
     unknown_term,
 )
-from hdprog.reporting.error_words import before_and_after, errors, micro
+from hdprog.reporting.error_words import accounted_for, before_and_after, errors, micro
 from hdprog.reporting.figures.residual_strip import (
     ADDED,
     FALLING,
@@ -32,6 +32,7 @@ from hdprog.reporting.figures.residual_strip import (
     shown_coordinate,
 )
 from hdprog.reporting.geometry import MICRORADIAN
+from hdprog.reporting.left_structure import LOOK_IN_RIG
 from hdprog.reporting.style import MEASURED, MUTED, Picture, new_figure, picture
 from hdprog.reporting.words import agree, listed
 
@@ -178,7 +179,7 @@ def residual_action(explanation: Explanation) -> str:
     if not explanation.converged:
         return "do not act on this yet: a fit did not converge; run it again, not quick."
     if not explanation.effects:
-        return "nothing."
+        return "nothing." if accounted_for(errors(explanation)) else LOOK_IN_RIG
     if unknown_term(explanation.effects) is not None:
         return (
             "take the part that no mechanism describes for what it is: look in the rig for what "

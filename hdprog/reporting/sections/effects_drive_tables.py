@@ -13,7 +13,7 @@ from hdprog.reporting.sections.table import Row, Table, Value
 from hdprog.reporting.words import listed
 
 VERDICTS: Mapping[str, str] = {
-    "adequate": "nothing lacking",
+    "adequate": "nothing added",
     "explained": "explained",
     "partly_explained": "explained in part",
     "unexplained": "unexplained",
