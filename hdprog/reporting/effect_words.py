@@ -188,8 +188,8 @@ def _not_shown(found: DriveExplanation) -> list[str]:
         for identifier in found.not_shown_by(test.test_id):
             by_effect.setdefault(effect_name(identifier), []).append(test.test_id)
     return [
-        f"{agree(len(tests), 'Test', 'Tests')} {listed(tests)} cannot show {name}: how far it is in "
-        f"{agree(len(tests), 'its', 'their')} figures cannot be told, and to compare them with "
+        f"{agree(len(tests), 'Test', 'Tests')} {listed(tests)} cannot show {name}: how far it is "
+        f"in {agree(len(tests), 'its', 'their')} figures cannot be told, and to compare them with "
         "those of the other tests may mislead."
         for name, tests in by_effect.items()
     ]
