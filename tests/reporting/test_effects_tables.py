@@ -44,7 +44,10 @@ def test_evidence_alternatives_and_advice_are_said() -> None:
     assert "carries 94 % of the error that can be explained" in text
     assert "log evidence rises by 412" in text
     assert "on left-out blocks rises by 388 ± 27 (one standard error)" in text
-    assert "On these data viscous friction or microslip would do as well." in text
+    assert (
+        "On these data viscous friction or microslip would leave hardly more error and cannot be "
+        "ruled out." in text
+    )
     assert "To tell them apart: repeat the record at a second loading rate" in text
     assert "To do: hold the load for two minutes before each reading." in text
 

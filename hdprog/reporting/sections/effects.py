@@ -189,7 +189,7 @@ def _effect(effect: FoundEffect, found: Explanation | DriveExplanation) -> tuple
         )
     elif effect.indistinguishable_from:
         others = listed((effect_name(name) for name in effect.indistinguishable_from), "or")
-        text = f"On these data {others} would do as well."
+        text = f"On these data {others} would leave hardly more error and cannot be ruled out."
         if effect.separating_test:
             text += f" To tell them apart: {_sentence(effect.separating_test)}"
         said.append(text)
