@@ -106,7 +106,7 @@ class LeftOver:
     ----------
     id : of the effect that would carry it best, or "unknown" where a curve does
     coordinate : what that curve depends on; None for a mechanism
-    log_evidence_gain : that it would gain
+    log_evidence_gain : that it would gain; of all tests of a drive together, in each of them
     """
 
     id: str

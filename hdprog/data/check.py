@@ -198,7 +198,7 @@ def _facts(quality: Quality) -> list[str]:
     """Say in words what a usable loop holds."""
     lines = [
         f"usable: {quality.samples} samples, {quality.cycles:.1f} {quality.sides} cycles, torque "
-        f"{quality.torque_min:.4g} to {quality.torque_max:.4g} Nm",
+        f"{_range(quality.torque_min, quality.torque_max, '.4g')} Nm",
         f"Angle span {quality.angle_span:.3g} rad ({quality.angle_span / _ARCMIN:.3g} arcmin), "
         f"secant stiffness about {quality.secant_stiffness:.3g} Nm/rad",
         f"Noise: torque {quality.torque_noise:.2g} Nm{_step(quality.torque_step, 'Nm')}, angle "
@@ -207,16 +207,22 @@ def _facts(quality: Quality) -> list[str]:
     if quality.duration is None:
         lines.append("Untimed")
     else:
-        slowest, fastest = min(quality.loading_rates), max(quality.loading_rates)
+        rates = _range(min(quality.loading_rates), max(quality.loading_rates), ".2g")
         lines.append(
-            f"{quality.duration:.4g} s long, loaded at {slowest:.2g} to {fastest:.2g} Nm/s on "
-            "average over a branch"
+            f"{quality.duration:.4g} s long, loaded at {rates} Nm/s on average over a branch"
         )
     if quality.temperature_min is not None and quality.temperature_max is not None:
         lines.append(
-            f"Temperature {quality.temperature_min:.1f} to {quality.temperature_max:.1f} °C"
+            f"Temperature {_range(quality.temperature_min, quality.temperature_max, '.1f')} °C"
         )
     return lines
+
+
+def _range(low: float, high: float, form: str) -> str:
+    """Say from where to where, once where both read alike, and no zero with a sign."""
+    first, last = (f"{value:{form}}" for value in (low, high))
+    first, last = ("0" if float(text) == 0 else text for text in (first, last))
+    return first if first == last else f"{first} to {last}"
 
 
 def _step(step: float | None, unit: str) -> str:

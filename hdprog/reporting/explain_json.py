@@ -34,8 +34,9 @@ def explain_json(result: DriveResult) -> dict[str, Any]:
     the root mean square over the tests, correlation and share of outliers their mean; in
     `carried_by` the fraction is the mean and the p-value that of all tests joined; parameters and
     figures before and after are those of the last test; an amplitude is null where a test cannot
-    show the effect. `per_test` holds one object a test, empty for a single record. What is not a
-    finite number is null.
+    show the effect. `per_test` holds one object a test, empty for a single record; what is left
+    over was judged by all tests, and its gain there is that of all. What is not a finite number is
+    null.
 
     Raises
     ------

@@ -245,6 +245,18 @@ def test_check_of_a_sound_loop(tmp_path: Path) -> None:
     assert content["ok"] is True
 
 
+def test_what_does_not_change_is_told_once(tmp_path: Path) -> None:
+    """A steady test was told to be loaded "at 2 to 2 Nm/s", from "-0" Nm."""
+    torque = [*range(41), *range(39, -1, -1)]
+    rows = [f"{i},{t or -0.0},{t * 2e-5},24" for i, t in enumerate(torque)]
+    header = "time_s,torque_Nm,angle_rad,temperature_C"
+    path = write(tmp_path / "a.csv", "\n".join([header, *rows]) + "\n")
+    said = " ".join(check_path(path).lines)
+    assert "torque 0 to 40 Nm" in said
+    assert "loaded at 1 Nm/s on average" in said
+    assert "Temperature 24.0 °C" in said
+
+
 def test_check_of_a_loop_that_is_refused(tmp_path: Path) -> None:
     report = check_path(write(tmp_path / "a.csv", table("torque,angle")))
     assert not report.ok
