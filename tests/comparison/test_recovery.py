@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from hdprog.comparison.fitted import Fitted, fit_model
 from hdprog.comparison.ranking import ranked
 from hdprog.comparison.results import DRIVE
 from hdprog.config import Drive
-from hdprog.inference.prepare import prepare
+from hdprog.inference.prepare import Prepared, prepare
 from hdprog.physics.other_models import BY_ID
 from hdprog.physics.other_models.base import Setting
 from tests.comparison.loops import NOISE, SHORT, TRUTHS, loop_of, truth_of
@@ -30,14 +32,16 @@ RIVALS = {
 }
 
 
-def compared(model_id: str, seed: int) -> tuple[dict[str, Fitted], tuple[str, ...]]:
-    rng = np.random.default_rng(seed)
+@cache
+def compared(model_id: str) -> tuple[Prepared, dict[str, Fitted], tuple[str, ...]]:
+    """What was fitted, the model and its rivals on it, and which of them are level."""
+    rng = np.random.default_rng(5)
     prepared = prepare(loop_of(model_id, rng), Drive(), rng)
     cycle = SteadyCycle.of(prepared.record_course, 60.0)
     names = (model_id, *RIVALS[model_id])
     fitted = [fit_model(prepared, name, cycle, rng, SHORT) for name in names]
     order = tuple(one.id for one in ranked(fitted) if one.evidence.level_with_the_best)
-    return {one.id: one for one in fitted}, order
+    return prepared, {one.id: one for one in fitted}, order
 
 
 @pytest.mark.parametrize("model_id", list(RIVALS))
@@ -52,7 +56,7 @@ def test_a_model_wins_on_its_own_record(model_id: str) -> None:
         loop = loop_of("ideal", rng)
         assert np.std(loop.angle) == pytest.approx(NOISE, rel=0.2)
         return
-    fitted, level = compared(model_id, 5)
+    _, fitted, level = compared(model_id)
     own = fitted[model_id]
     assert model_id in level
     assert own.errors.rmse_rad == pytest.approx(NOISE, rel=0.15)
@@ -66,10 +70,8 @@ def test_a_model_wins_on_its_own_record(model_id: str) -> None:
 @pytest.mark.parametrize("model_id", list(TRUTHS))
 def test_a_model_finds_its_own_parameters(model_id: str) -> None:
     """Every parameter within 99.9 % of its posterior: one false alarm in about 40 such suites."""
-    rng = np.random.default_rng(21)
-    prepared = prepare(loop_of(model_id, rng), Drive(), rng)
-    cycle = SteadyCycle.of(prepared.record_course, 60.0)
-    found = fit_model(prepared, model_id, cycle, rng, SHORT)
+    prepared, fitted, _ = compared(model_id)
+    found = fitted[model_id]
     truth = truth_of(model_id, Setting.of(prepared.record_course))
     assert set(found.parameters) == set(truth)
     for name, value in truth.items():

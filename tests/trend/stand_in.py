@@ -68,9 +68,12 @@ class SimulatedLoop:
     start: np.ndarray | None = None
     draws: np.ndarray | None = field(default=None)
 
+    @cached_property
+    def path(self) -> TorquePath:
+        return TorquePath.exact(self.torque)
+
     def residual(self, points: np.ndarray) -> np.ndarray:
-        path = TorquePath.exact(self.torque)
-        model = torsion_angle(path, self.prior.to_physical(points), ALPHA)
+        model = torsion_angle(self.path, self.prior.to_physical(points), ALPHA)
         rest = (self.angle - model) / NOISE
         return rest - rest.mean(axis=1, keepdims=True)
 

@@ -9,10 +9,11 @@ from typing import Any
 import pytest
 
 import hdprog
+from hdprog import workflow
 from hdprog.shipped import shipped
 from hdprog.trend import fitting
 from tests.drive_folders import subset_of
-from tests.hasty import HASTY
+from tests.hasty import HASTY, SHORT
 from tests.reporting.page import Page
 
 DRIVES = Path(str(shipped("datasets"))) / "undeclared-effect"
@@ -33,7 +34,9 @@ def test_a_drive_is_run_whole_with_what_it_lacks(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(fitting, "JOINT_QUICK", HASTY)  # of the forecast, only that it is there
+    # Effects are found before a loop is sampled; of the forecast, only that it is there.
+    monkeypatch.setattr(workflow, "QUICK", SHORT)
+    monkeypatch.setattr(fitting, "JOINT_QUICK", HASTY)
     folder = subset_of(DRIVES / name, tmp_path / "drive", TESTS)
     outcome = hdprog.run(folder, quick=True, seed=3)
     outcome.write(tmp_path / "out")
