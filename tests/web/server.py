@@ -70,13 +70,14 @@ class Server:
             preexec_fn=hear_it_close,
         )
         ends = time.monotonic() + PATIENCE
-        while time.monotonic() < ends:
-            assert self.process.poll() is None, "the server ended while it started"
-            try:
-                if httpx.get(f"{self.address}/healthz").status_code == 200:
-                    return self
-            except httpx.TransportError:
-                time.sleep(0.1)
+        with httpx.Client() as client:
+            while time.monotonic() < ends:
+                assert self.process.poll() is None, "the server ended while it started"
+                try:
+                    if client.get(f"{self.address}/healthz").status_code == 200:
+                        return self
+                except httpx.TransportError:
+                    time.sleep(0.1)
         raise AssertionError("the server did not answer")
 
     def kill(self) -> None:
