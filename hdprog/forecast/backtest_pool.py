@@ -147,7 +147,7 @@ class CrossingCourse:
 
     Attributes
     ----------
-    drive_id, key : whose and of which limit's figure
+    drive, key : name of its folder, and the limit's figure
     first_hours : service hours of the drive's first test, since it was replaced if it was
     crossed_at : service hours of the crossing
     origins : service hours of the origins
@@ -156,7 +156,7 @@ class CrossingCourse:
     accuracy : cumulative relative accuracy of the forecasts with a median, or None without one
     """
 
-    drive_id: str
+    drive: str
     key: str
     first_hours: float
     crossed_at: float
@@ -244,7 +244,7 @@ def crossing_courses(drives: Sequence[DriveScores]) -> tuple[CrossingCourse, ...
             accuracy = cumulative_relative_accuracy(known)
             courses.append(
                 CrossingCourse(
-                    drive.drive_id,
+                    drive.name,
                     limit.key,
                     found[0][0].new_at_hours,
                     crossed_at,

@@ -118,9 +118,8 @@ def _accuracy(result: BacktestResult) -> Section:
     if found is None:
         said = ("No crossing was seen, so that there is no remaining life to compare with.",)
         return Section("accuracy", "How near, how early?", said, (), ())
-    return Section(
-        "accuracy", "How near, how early?", (), (("", found),), (tables.accuracies(courses),)
-    )
+    table = tables.accuracies(courses, fleet=len(result.drives) > 1)
+    return Section("accuracy", "How near, how early?", (), (("", found),), (table,))
 
 
 def _later(result: BacktestResult) -> Section:

@@ -110,6 +110,11 @@ def test_the_report_draws_hits_and_misses() -> None:
     assert len(alts) == 6
     assert "1 of 2 forecasts put more than even odds within 20 %" in alts[5]
     assert len(page.captions) == 6
+    # Each crossing is said to be whose, as forecasts are: by folder, as ids may be alike.
+    assert "d1: Lost motion" in page.text
+    assert "d2: Lost motion" in page.text
+    alone = result(replace(drive("d1", 500.0), drive_id="same"), drive("d3", math.inf))
+    assert "d1: Lost motion" in Page(build_backtest_report(alone)).text
     # A crossing that the horizon cut off counts against the interval that ended before it.
     assert "1 held what came (for 1 that the limit was not passed)" in page.text
 
@@ -158,7 +163,7 @@ def test_the_last_forecast_is_the_last_one(late: float | None, text: str) -> Non
         None,
         0.9,
     )
-    assert spaced(str(accuracies([course]).groups[0].rows[0].cells[-1])) == text
+    assert spaced(str(accuracies([course], fleet=False).groups[0].rows[0].cells[-1])) == text
 
 
 def test_a_limit_that_is_crossed_again_is_titled_with_every_crossing() -> None:

@@ -140,16 +140,21 @@ def coverages(rows: Sequence[CoverageRow]) -> Table:
     )
 
 
-def accuracies(courses: Sequence[CrossingCourse]) -> Table:
-    """Prognostic horizon and relative accuracy of each crossing that was seen."""
-    fleet = len({course.drive_id for course in courses}) > 1
+def accuracies(courses: Sequence[CrossingCourse], *, fleet: bool) -> Table:
+    """Prognostic horizon and relative accuracy of each crossing that was seen.
+
+    Parameters
+    ----------
+    courses : one a crossing
+    fleet : whether there are other drives, so that each crossing is said to be whose
+    """
     rows = []
     for course in courses:
         name = capital(quantity(course.key).name)
         horizon = course.prognostic_horizon
         rows.append(
             Row(
-                f"{course.drive_id}: {name}" if fleet else name,
+                f"{course.drive}: {name}" if fleet else name,
                 (
                     hours(course.crossed_at),
                     str(len(course.scores)),
