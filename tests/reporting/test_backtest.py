@@ -148,10 +148,15 @@ def test_a_median_past_the_horizon_has_no_number_in_the_json() -> None:
 
 
 @pytest.mark.parametrize(
-    ("late", "text"),
-    [(None, "past the horizon"), (20.0, "20 h late"), (-20.0, "20 h early"), (0.0, "on time")],
+    ("late", "text", "accuracy"),
+    [
+        (None, "past the horizon", "0.90 of 1 forecast"),
+        (20.0, "20 h late", "0.90"),
+        (-20.0, "20 h early", "0.90"),
+        (0.0, "on time", "0.90"),
+    ],
 )
-def test_the_last_forecast_is_the_last_one(late: float | None, text: str) -> None:
+def test_the_last_forecast_is_the_last_one(late: float | None, text: str, accuracy: str) -> None:
     first = drive("d1", 480.0).origins[0].crossings[0]
     course = CrossingCourse(
         "d1",
@@ -159,11 +164,12 @@ def test_the_last_forecast_is_the_last_one(late: float | None, text: str) -> Non
         0.0,
         480.0,
         (0.0, 200.0),
-        (first, replace(first, late_hours=late)),
+        (first, replace(first, late_hours=late, accuracy=None if late is None else 0.9)),
         None,
         0.9,
     )
-    assert spaced(str(accuracies([course], fleet=False).groups[0].rows[0].cells[-1])) == text
+    cells = accuracies([course], fleet=False).groups[0].rows[0].cells
+    assert [spaced(str(cell)) for cell in cells[-2:]] == [accuracy, text]
 
 
 def test_a_limit_that_is_crossed_again_is_titled_with_every_crossing() -> None:

@@ -159,7 +159,7 @@ def accuracies(courses: Sequence[CrossingCourse], *, fleet: bool) -> Table:
                     hours(course.crossed_at),
                     str(len(course.scores)),
                     _NONE if horizon is None else f"{hours(horizon)} before",
-                    _NONE if course.accuracy is None else significant(course.accuracy, 2),
+                    _relative_accuracy(course),
                     _last(course),
                 ),
             )
@@ -167,8 +167,9 @@ def accuracies(courses: Sequence[CrossingCourse], *, fleet: bool) -> Table:
     return Table.flat(
         "Each crossing that was seen. Prognostic horizon: from the first forecast with more than "
         f"even odds within {share(ALPHA)} of the remaining life. Cumulative relative accuracy: "
-        "mean over the forecasts of 1 less the relative error of the remaining life; 1 is exact, "
-        "below 0 is an error of more than the whole.",
+        "mean of 1 less the relative error of the remaining life, over the forecasts whose even "
+        "odds came before the horizon (said where those are not all); 1 is exact, below 0 is an "
+        "error of more than the whole.",
         (
             "crossing",
             "passed at",
@@ -179,6 +180,15 @@ def accuracies(courses: Sequence[CrossingCourse], *, fleet: bool) -> Table:
         ),
         rows,
     )
+
+
+def _relative_accuracy(course: CrossingCourse) -> str:
+    """Accuracy, and of how many forecasts where some had no median to be judged by."""
+    if course.accuracy is None:
+        return _NONE
+    known = sum(score.accuracy is not None for score in course.scores)
+    of = f" of {counted(known, 'forecast')}" if known < len(course.scores) else ""
+    return significant(course.accuracy, 2) + of
 
 
 def _last(course: CrossingCourse) -> str:
