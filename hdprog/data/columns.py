@@ -23,6 +23,7 @@ __all__ = ["Column", "find_columns", "find_selection"]
 
 
 _ISO_LIKE = re.compile(r"\s*\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}")
+_GIVEN = "in --columns or in [columns] of drive.toml"
 # Torque and angle are those of the output, as measured: such a column is not to be put forward.
 _NOT_MEASURED = frozenset(
     {"cmd", "command", "commanded", "control", "demand", "demanded", "desired", "input", "motor"}
@@ -212,13 +213,13 @@ def _unit(header: str, given: str, role: str, where: str) -> Unit | None:
         return written.unit
     unit = find_unit(given)
     if unit is None or unit.dimension != dimension:
-        raise BadInputError(f"the unit '{given}' in --columns", place, expected, advice)
+        raise BadInputError(f"the unit '{given}' {_GIVEN}", place, expected, advice)
     if written.unit is not None and written.unit.dimension == dimension and written.unit != unit:
         raise BadInputError(
-            f"the unit {written.unit.name} in the header and {unit.name} in --columns",
+            f"the unit {written.unit.name} in the header and {unit.name} {_GIVEN}",
             place,
             "one unit",
-            "Leave the unit in --columns out, or rename the column.",
+            "Leave the unit out there, or rename the column.",
         )
     return unit
 

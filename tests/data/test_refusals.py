@@ -257,8 +257,12 @@ def test_a_time_without_unit_can_be_given_one_or_left_out(tmp_path: Path) -> Non
     ("columns", "words"),
     [
         ("torque=TORQ:Nm", "no column 'TORQ'"),
-        ("torque=torque_Nm:rad", "unit 'rad' in --columns"),
-        ("torque=torque_Nm:kNm", "Nm in the header and kNm"),
+        ("torque=torque_Nm:rad", "unit 'rad' in --columns or in [columns] of drive.toml"),
+        (
+            "torque=torque_Nm:kNm",
+            "Nm in the header and kNm in --columns or in [columns] of drive.toml; expected one unit. "
+            "Leave the unit out there",
+        ),
         ("angle=Angle_rad:furlong", "unit 'furlong'"),
     ],
 )
