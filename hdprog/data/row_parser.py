@@ -77,9 +77,11 @@ def matches(cell: str, wanted: frozenset[str]) -> bool:
     cell = cell.strip()
     if cell in wanted:
         return True
-    if not is_number(cell):
+    # A comma is a decimal sign where it cannot part thousands.
+    plain = cell if may_hold_thousands(cell) else cell.replace(",", ".")
+    if not is_number(plain):
         return False
-    return any(is_number(value) and float(value) == float(cell) for value in wanted)
+    return any(is_number(value) and float(value) == float(plain) for value in wanted)
 
 
 def is_comment(cells: Sequence[str], width: int) -> bool:

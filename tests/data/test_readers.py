@@ -189,6 +189,14 @@ def test_columns_and_selection_of_the_drive(tmp_path: Path) -> None:
         read_loop(path, drive=drive, select="run=5")
 
 
+@pytest.mark.parametrize("speed", ["0.5", "0,5", "0,50"])
+def test_numbers_to_select_by_may_have_decimal_commas(tmp_path: Path, speed: str) -> None:
+    lines = [f"{speed};{line}" for line in table(sign=";").splitlines()[1:]]
+    text = "\n".join(["v;torque_Nm;angle_rad", *lines, "1,5;0;0"])
+    loop = read_loop(write(tmp_path / "loop.csv", text.replace(".", ",")), select="v=0.5")
+    assert_is_the_record(loop)
+
+
 def test_a_selection_of_several_columns_takes_rows_that_fit_all(tmp_path: Path) -> None:
     cells = [f"{n % 2},{'slow' if n < 130 else 'fast'}" for n in range(TORQUE.size)]
     path = write(tmp_path / "loop.csv", with_column("even,mode", cells))
