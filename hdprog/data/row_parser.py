@@ -337,6 +337,16 @@ class RowParser:
                 "The row ends with a column sign. Where all rows do, end the header with one, too; "
                 "else remove it."
             )
+        elif (
+            len(cells) == width + 1
+            and row == self.layout.header_row + 1
+            and any("." in cell for cell in cells)  # else a decimal comma may part a number
+        ):
+            advice = (
+                "The header may lack the name of the first column, which some programs write for "
+                "the numbers of rows alone: name it there, or leave it out (in R, write.table with "
+                "row.names = FALSE)."
+            )
         elif len(cells) in {2 * width, 2 * width - 1}:
             advice = (
                 "If the numbers have decimal commas, export the file with semicolons or tabs "

@@ -67,6 +67,17 @@ def test_a_bad_row_is_named(tmp_path: Path, row: int, line: str, words: list[str
         assert word in message
 
 
+@pytest.mark.parametrize("sign", [",", " ", "\t"])
+def test_a_header_without_a_name_for_row_numbers_is_told(tmp_path: Path, sign: str) -> None:
+    """As R's write.table has it; decimal commas were suspected."""
+    lines = [f'"{n}"{sign}{line}' for n, line in enumerate(rows(*two_sided(), sign=sign)[1:], 1)]
+    text = "\n".join([f'"torque_Nm"{sign}"angle_rad"', *lines])
+    message = refused(write(tmp_path / "loop.csv", text))
+    assert "row 2: found 3 cells; expected 2" in message
+    assert "may lack the name of the first column" in message
+    assert "semicolons" not in message
+
+
 ERRORS = (
     *("#N/A", "#DIV/0!", "#VALUE!", "#REF!", "#NUM!", "#NAME?", "#NULL!", "#SPILL!"),
     *("#NV", "#WERT!", "#BEZUG!", "#ZAHL!", "#ÜBERLAUF!", "###", "########"),
@@ -260,8 +271,8 @@ def test_a_time_without_unit_can_be_given_one_or_left_out(tmp_path: Path) -> Non
         ("torque=torque_Nm:rad", "unit 'rad' in --columns or in [columns] of drive.toml"),
         (
             "torque=torque_Nm:kNm",
-            "Nm in the header and kNm in --columns or in [columns] of drive.toml; expected one unit. "
-            "Leave the unit out there",
+            "Nm in the header and kNm in --columns or in [columns] of drive.toml; expected one "
+            "unit. Leave the unit out there",
         ),
         ("angle=Angle_rad:furlong", "unit 'furlong'"),
     ],
