@@ -75,6 +75,13 @@ def _read(
     columns: Mapping[str, str] | None,
     select: Mapping[str, Sequence[str]] | None,
 ) -> tuple[Layout, Block]:
+    if not workbook.worksheets:
+        raise BadInputError(
+            "a workbook without a sheet that can be read, as Strict Open XML has them",
+            path.name,
+            "a common Excel workbook (.xlsx)",
+            "Save it in Excel as 'Excel Workbook (*.xlsx)', or save the sheet as CSV.",
+        )
     for sheet in workbook.worksheets:
         sheet.reset_dimensions()  # rows past a size that the file states too small would be lost
     filled = [sheet for sheet in workbook.worksheets if any(_rows(sheet.values))]
@@ -90,7 +97,7 @@ def _read(
         raise no_data(path.name, None)
     rows = _rows(filled[0].values)
     header_row, headers = next(rows)
-    first = next(rows, None)
+    first = next((row for row in rows if row[1]), None)
     if first is None:
         raise no_data(path.name, header_row)
     where = f"{path.name}, header in row {header_row}"
@@ -131,14 +138,14 @@ def _unreadable(path: Path, error: Exception) -> BadInputError:
 
 
 def _rows(values: Iterator[tuple[object, ...]]) -> Iterator[tuple[int, list[str]]]:
-    """Yield number and cells of each row that is neither blank nor a comment."""
+    """Yield number and cells of each row from the header on that is no comment."""
     width = 0  # of the header, once it is known
     for row, cells in enumerate(values, start=1):
         texts = [_text(cell) for cell in cells]
         while texts and not texts[-1]:
             texts.pop()
         # A sheet has no short rows: where the last cells are empty, they are there all the same.
-        if texts and not is_comment(texts + [""] * (width - len(texts)), width):
+        if (texts or width) and not is_comment(texts + [""] * (width - len(texts)), width):
             width = width or len(texts)
             yield row, texts
 

@@ -249,6 +249,15 @@ def test_excel(tmp_path: Path) -> None:
     book.save(path)
     loop = read_loop(path)
     assert_is_the_record(loop)
+    sheet.insert_rows(4, 2)  # below the header an empty row parts it from the rest, no more
+    sheet.append([" ", None])
+    book.save(path)
+    assert_is_the_record(read_loop(path))
+    sheet.insert_rows(60)
+    book.save(path)
+    with pytest.raises(BadInputError, match=r"row 60: found a row without any value"):
+        read_loop(path)
+    sheet.delete_rows(60)
     sheet["A50"] = "bad"
     book.save(path)
     with pytest.raises(BadInputError, match=r"row 50, column 'Torque \[Nm\]'.*'bad'"):
@@ -343,6 +352,27 @@ def test_an_iso_time_that_is_none_is_named(tmp_path: Path, cell: str, at: int) -
     path = write(tmp_path / "loop.csv", "time,torque_Nm,angle_rad\n" + "\n".join(lines) + "\n")
     row = 2 + at % torque.size
     with pytest.raises(BadInputError, match=rf"row {row}\b"):
+        read_loop(path)
+
+
+def test_a_strict_workbook_is_not_said_to_be_empty(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.append(["torque_Nm", "angle_rad"])
+    book.save(tmp_path / "common.xlsx")
+    common, strict = b"http://schemas.openxmlformats.org/", b"http://purl.oclc.org/ooxml/"
+    path = tmp_path / "loop.xlsx"
+    with zipfile.ZipFile(tmp_path / "common.xlsx") as source, zipfile.ZipFile(path, "w") as target:
+        for name in source.namelist():
+            part = source.read(name).replace(
+                common + b"spreadsheetml/2006/", strict + b"spreadsheetml/"
+            )
+            target.writestr(
+                name, part.replace(common + b"officeDocument/2006/", strict + b"officeDocument/")
+            )
+    with pytest.raises(
+        BadInputError, match=r"as Strict Open XML has them; .* save the sheet as CSV"
+    ):
         read_loop(path)
 
 
