@@ -108,7 +108,7 @@ def read_tests(folder: Path) -> tuple[tuple[DriveTest, ...], tuple[BadInputError
             "Write one with a row for each loop file, such as t01,loops/t01.csv,0.",
         )
     require_file(path)
-    rows = _rows(path)
+    sign, rows = _rows(path)
     if not rows:
         raise _error(path, None, "nothing in it", "a header and one row a test", "Fill it in.")
     header_row, header = rows[0]
@@ -135,7 +135,7 @@ def read_tests(folder: Path) -> tuple[tuple[DriveTest, ...], tuple[BadInputError
         raise _error(
             path, header_row, "a header and no test below it", "one row a test", "Add the tests."
         )
-    problems += _both_signs(path, header, rows[1:]) or _thousands(path, tests, written)
+    problems += _both_signs(path, sign, header, rows[1:]) or _thousands(path, tests, written)
     problems += _begun_again(path, tests)
     return _in_order(tests.values()), tuple(problems)
 
@@ -154,23 +154,29 @@ def _in_order(tests: Iterable[DriveTest]) -> tuple[DriveTest, ...]:
 
 
 def _both_signs(
-    path: Path, header: Sequence[str], rows: Iterable[tuple[int, Sequence[str]]]
+    path: Path, sign: str, header: Sequence[str], rows: Iterable[tuple[int, Sequence[str]]]
 ) -> list[BadInputError]:
-    """What is wrong where decimal signs are commas: a German 1.234 is 1234."""
+    """What is wrong where decimal signs are commas: a German 1.234 is 1234.
+
+    They are where a number has one, and may be where semicolons part columns, unless a point in
+    some number can only be a decimal sign.
+    """
     numbers = [
         (row, name, cell)
         for row, cells in rows
         for name, cell in zip(header, cells, strict=False)
         if name in RANGES and is_number(cell.replace(",", "."))
     ]
-    if not any("," in cell for _, _, cell in numbers):
+    pointed = [cell for _, _, cell in numbers if "." in cell]
+    commas = any("," in cell for _, _, cell in numbers)
+    if not commas and (sign != ";" or not all(map(may_hold_thousands, pointed))):
         return []
+    why = "decimal signs of this table are commas" if commas else "semicolons part the columns"
     return [
         _error(
             path,
             row,
-            f"{name} = '{cell}', whose point seems to part thousands: decimal signs of this table "
-            "are commas",
+            f"{name} = '{cell}', whose point seems to part thousands: {why}",
             f"{cell.replace('.', '')} for the one, {cell.replace('.', ',')}0 for the other",
             "Write numbers without thousands separators.",
         )
@@ -247,8 +253,8 @@ def _tests_before(
     return before + (list(above) if len(hours) > 1 and hours == sorted(hours) else [])
 
 
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Return row number and cells of each row that is neither blank nor a comment."""
+def _rows(path: Path) -> tuple[str, list[tuple[int, list[str]]]]:
+    """Return the column sign, and number and cells of each row neither blank nor a comment."""
     lines = decode(b"".join(line_blocks(path))).split("\n")
     # Excel's hint at its own sign between columns, which the header shows as well.
     if re.fullmatch(r"sep=.", lines[0].strip(), re.IGNORECASE):
@@ -270,7 +276,7 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
                 rows.append((last, texts))
     except csv.Error as error:
         raise endless_cell(f"{path}, row {last + 1}") from error
-    return rows
+    return sign, rows
 
 
 def _is_test(path: Path, header: Sequence[str], cells: Sequence[str]) -> bool:

@@ -94,6 +94,18 @@ def test_points_beside_decimal_commas_are_refused(folder: Path, column: str) -> 
     assert getattr(read_drive_folder(folder).tests[0], column) == 1.234
 
 
+@pytest.mark.parametrize("other", ["500", "2.500"])
+def test_points_alone_in_a_table_of_semicolons_are_refused(folder: Path, other: str) -> None:
+    """No comma tells what they are, and a German spreadsheet shows whole hours so."""
+    lines = ["test_id;file;service_hours", "t1;loops/a.csv;1.234", f"t2;loops/b.csv;{other}"]
+    write(folder / "tests.csv", "\n".join(lines))
+    message = refused(folder)
+    assert "row 2: found service_hours = '1.234', whose point seems to part thousands" in message
+    assert "expected 1234 for the one, 1,2340 for the other" in message
+    write(folder / "tests.csv", "\n".join([*lines, "t3;loops/b.csv;900.5"]))
+    assert read_drive_folder(folder).tests[0].service_hours == 1.234
+
+
 @pytest.mark.parametrize(
     "cells",
     [
