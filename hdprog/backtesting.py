@@ -17,7 +17,6 @@ from hdprog.drive_folders import drive_folders
 from hdprog.errors import BadInputError
 from hdprog.forecast.backtest import score_origin
 from hdprog.forecast.backtest_pool import BacktestResult, DriveScores
-from hdprog.forecast.crossing import require_horizon_ahead
 from hdprog.forecast.what_came import seen_test
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import scales_of
@@ -25,6 +24,7 @@ from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import Prior
 from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
 from hdprog.outcome import write_beside_report
+from hdprog.outlook_of_drive import require_horizon
 from hdprog.parallel import hold_blas_to_one_thread, process_executor, spread_over
 from hdprog.results import Provenance
 from hdprog.tests_of_drive import fit_tests, with_rated_torque
@@ -178,7 +178,7 @@ def _read(path: Path, name: str) -> _ReadDrive:
             "tests at two or more service hours: one to forecast from, one to compare with",
             "Come back after the next test.",
         )
-    require_horizon_ahead(folder.tests[-1].service_hours, folder.drive.forecast.horizon_hours)
+    require_horizon(folder.drive, folder.tests)
     loops = [read_test_loop(folder, test) for test in folder.tests]
     prior, on_prior = prior_of_drive(folder.drive, scales_of(loops[0]))
     truth = read_truth(path / "truth.json", folder.drive)

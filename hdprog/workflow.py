@@ -273,8 +273,12 @@ def run(
     BadInputError
         for anything in the folder that cannot be used, or a fleet without a finished run
     """
-    from hdprog.forecast.crossing import require_horizon_ahead
-    from hdprog.outlook_of_drive import begin_beside, begin_outlook, effects_to_follow
+    from hdprog.outlook_of_drive import (
+        begin_beside,
+        begin_outlook,
+        effects_to_follow,
+        require_horizon,
+    )
     from hdprog.trend.wear_prior import read_wear_prior
 
     _require_loads(loads)
@@ -284,7 +288,7 @@ def run(
         others = read_finished_runs(
             Path(fleet), own_id=folder.drive.id, wear_prior=wear_prior.identity
         )
-    require_horizon_ahead(folder.tests[-1].service_hours, folder.drive.forecast.horizon_hours)
+    require_horizon(folder.drive, folder.tests)
     loops = [read_test_loop(folder, test) for test in folder.tests]
     seconds: dict[str, float] = {}
     started = time.perf_counter()

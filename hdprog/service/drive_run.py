@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hdprog.atomic import atomic_write_text
+from hdprog.errors import BadInputError
 from hdprog.parallel import process_executor, spread_over
 from hdprog.service.pictures import write_pictures
 
@@ -60,9 +62,14 @@ def run_here(order: Order, say: Say) -> None:
         words = _WORDS.get(stage) or f"fitted {done} of {total} tests"
         say(words, start + (end - start) * done / max(total, 1))
 
-    outcome = workflow.run(
-        order.folder, quick=order.quick, workers=order.processes, progress=progress
-    )
+    try:
+        outcome = workflow.run(
+            order.folder, quick=order.quick, workers=order.processes, progress=progress
+        )
+    except BadInputError as error:
+        # The folder is gone once the words are read.
+        where = error.where.replace(f"{order.folder}{os.sep}", "")
+        raise BadInputError(error.found, where, error.expected, error.advice) from error
     say("writing the reports", 0.92)
     outcome.write(order.out, order.command, order.processes)
     write_test_reports(outcome, order.out / "tests", order.processes)

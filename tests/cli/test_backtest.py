@@ -94,7 +94,7 @@ def test_nothing_is_written_where_no_drive_can_be_read(invoke: Invoke, tmp_path:
     ("change", "words"),
     [
         (lambda text: text.partition("[[limits]]")[0], "no limit"),
-        (lambda text: text.replace("horizon_hours = 20000.0", "horizon_hours = 800.0"), "horizon"),
+        (lambda text: text.replace("horizon_hours = 20000.0", "horizon_hours = 800.0"), "axis1"),
         (lambda text: text.replace('"csf-25-80"', '"csf-25-81"'), "no prior called"),
     ],
 )

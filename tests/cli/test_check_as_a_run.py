@@ -25,7 +25,7 @@ def folder(tmp_path: Path) -> Path:
     ("model", "more", "code", "words"),
     [
         ("CSF-25-80", "", 0, "usable"),
-        ("CSF-25-80", "[forecast]\nhorizon_hours = 500.0\n", 3, "horizon of 500 service hours"),
+        ("CSF-25-80", "[forecast]\nhorizon_hours = 500.0\n", 3, "{at}, [forecast] horizon_hours"),
         ("CSF-25-80", '[prior]\nfile = "csf-99-80"\n', 3, "no prior called"),
         ("XYZ-99", '[[limits]]\nquantity = "K2_Nm_per_rad"\nbelow = 1.0\n', 3, "no T1 and T2"),
         ("XYZ-99", "", 0, "No prior is known for model XYZ-99"),
@@ -37,4 +37,4 @@ def test_a_drive_is_checked_as_a_run_would(
     (folder / "drive.toml").write_text(DRIVE.format(model=model) + more, "utf-8")
     shown = invoke("check", str(folder))
     assert shown.exit_code == code
-    assert words in shown.stdout
+    assert words.format(at=folder / "drive.toml") in shown.stdout
