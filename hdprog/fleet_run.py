@@ -88,8 +88,9 @@ class Fleet:
 
     @property
     def converged(self) -> bool:
-        """Whether every fit and every trend of every drive converged."""
-        return all(drive["converged"] for drive in self.content["drives"])
+        """Whether every fit and trend of every drive converged, the drive model alone, too."""
+        drives = self.content["drives"]
+        return all(one["converged"] and one["explanation_converged"] for one in drives)
 
     @property
     def broken(self) -> bool:
@@ -374,7 +375,11 @@ def _content(
     drives = []
     for order in orders:
         summary = json.loads((order.out / "summary.json").read_text("utf-8"))
-        drives.append(fleet_drive(order.name, f"drives/{order.name}", summary))
+        explained = order.out / "explain.json"
+        settled = not explained.is_file() or json.loads(explained.read_text("utf-8"))["converged"]
+        drives.append(
+            fleet_drive(order.name, f"drives/{order.name}", summary, explanation_converged=settled)
+        )
     drives.sort(key=lambda drive: (drive["rank"], drive["rank_hours"], drive["folder"]))
     return {
         "schema": SCHEMA,

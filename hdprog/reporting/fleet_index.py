@@ -22,7 +22,9 @@ _STATES = {
 }
 
 
-def fleet_drive(folder: str, place: str, summary: Mapping[str, Any]) -> dict[str, Any]:
+def fleet_drive(
+    folder: str, place: str, summary: Mapping[str, Any], *, explanation_converged: bool = True
+) -> dict[str, Any]:
     """One drive of fleet.json.
 
     Parameters
@@ -30,6 +32,8 @@ def fleet_drive(folder: str, place: str, summary: Mapping[str, Any]) -> dict[str
     folder : its name below the fleet's folder
     place : of its results, relative to fleet.json
     summary : content of its summary.json
+    explanation_converged : whether the fits that its effects were found by did, the drive model's
+        alone among them; of none are none that did not
     """
     entry = fleet_entry(summary)
     first = first_forecast(summary["forecast"])
@@ -39,6 +43,7 @@ def fleet_drive(folder: str, place: str, summary: Mapping[str, Any]) -> dict[str
         "report": f"{place}/report.html",
         "summary": f"{place}/summary.json",
         "converged": summary["converged"],
+        "explanation_converged": explanation_converged,
         "status": entry.status,
         "provisional": entry.provisional,
         "label": entry.label,
@@ -79,6 +84,12 @@ def headline(content: Mapping[str, Any]) -> str:
     if unsettled:
         verb = agree(unsettled, "is", "are")
         text += f" {counted(unsettled, 'drive')} did not converge and {verb} provisional."
+    unsure = sum(not drive["explanation_converged"] for drive in drives if drive["converged"])
+    if unsure:
+        text += (
+            f" Of {counted(unsure, 'drive')} the drive model alone did not converge: "
+            "the effects are provisional."
+        )
     if content["left_out"]:
         left = len(content["left_out"])
         text += f" {counted(left, 'folder')} could not be used; the list says why."
@@ -113,12 +124,15 @@ def _row(drive: Mapping[str, Any]) -> dict[str, Any]:
         )
     risk = drive["probability_crossed_by_shutdown"]
     now = drive["now_hours"]
+    doubts = [counted(drive["warnings"], "warning")] if drive["warnings"] else []
+    if not drive["explanation_converged"]:
+        doubts.append("effects provisional")
     return {
         "drive": drive,
         "inspect": when,
         "risk": "–" if risk is None else percent_beside(risk, drive["acceptable_risk"]),
         "last": "hours not given" if now is None else hours(now),
         "tests": counted(drive["tests"], "test"),
-        "warnings": counted(drive["warnings"], "warning") if drive["warnings"] else "",
+        "warnings": ", ".join(doubts),
         "course": sparkline(drive["course"] or {}),
     }

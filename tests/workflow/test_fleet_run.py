@@ -72,6 +72,22 @@ def test_drives_are_listed_worst_first_and_kept(
     def no_run(*_: object, **__: object) -> None:
         raise AssertionError("a drive was run again")
 
+    # What a run ends with 4 for, a fleet does: here the drive model alone did not settle.
+    explained = out / "drives" / "cell2" / "explain.json"
+    explained.write_text(json.dumps({"converged": False}), "utf-8")
+    assert all(drive["converged"] for drive in content["drives"]) == found.converged
+    doubtful = fleet_run._content(
+        folder,
+        fleet_run._orders(folder, out, 0, True, False)[0],
+        [],
+        seed=0,
+        quick=True,
+        command="",
+    )
+    assert [one["explanation_converged"] for one in doubtful["drives"]] == [True, False]
+    assert not Fleet(out, doubtful).converged
+    explained.unlink()
+
     again = []
     with monkeypatch.context() as patch:
         patch.setattr(workflow, "run", no_run)
