@@ -273,10 +273,14 @@ def _spread_packed(
     executor: Executor, orders: Sequence[Order], command: str
 ) -> Iterator[LeftOut | None]:
     """Folders go out packed and results come back packed: the cluster sees none of our files."""
-    tasks: dict[Future[Any], Order] = {
-        executor.submit(run_packed, pack_drive(order.folder), order, command): order
-        for order in orders
-    }
+    tasks: dict[Future[Any], Order] = {}
+    for order in orders:
+        try:
+            sent = pack_drive(order.folder)
+        except (HdprogError, OSError) as error:
+            yield LeftOut(order.name, _words(error))
+            continue
+        tasks[executor.submit(run_packed, sent, order, command)] = order
     for task in as_completed(tasks):
         order = tasks[task]
         try:
@@ -298,12 +302,26 @@ def _spread_packed(
 
 
 def pack_drive(folder: Path) -> bytes:
-    """Pack what a run reads of a drive folder: not what else lies or is linked there."""
+    """Pack what a run reads of a drive folder: not what else lies or is linked there.
+
+    Raises
+    ------
+    BadInputError
+        for a prior that a path leads to which only this machine has
+    """
     read = read_drive_folder(folder)
     files = [folder / "drive.toml", folder / "tests.csv", *(test.path for test in read.tests)]
-    own = folder / (read.drive.prior or "")
-    if own.is_file() and own.resolve().is_relative_to(folder.resolve()):
-        files.append(own)
+    own = Path(read.drive.prior or "")
+    # An absolute path may lead to the same file on the cluster.
+    if not own.is_absolute() and (folder / own).is_file():
+        if os.path.normpath(own).startswith(os.pardir):
+            raise BadInputError(
+                f"the prior {own}, outside the drive folder",
+                str(folder / "drive.toml"),
+                "a prior in the folder, which is all that goes to a Dask cluster",
+                "Copy it into the folder, or name it by a path that the cluster has, too.",
+            )
+        files.append(folder / own)
     return packed(folder, files)
 
 

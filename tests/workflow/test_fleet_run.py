@@ -178,12 +178,32 @@ def test_a_drive_with_links_is_sent_with_what_they_lead_to(tmp_path: Path) -> No
     (drive / "loops").rename(drive / "raw")
     (drive / "loops").symlink_to(drive / "raw")
     (drive / "fleet").symlink_to(tmp_path)
+    (drive / "own.toml").rename(tmp_path / "own.toml")
+    (drive / "own.toml").symlink_to(tmp_path / "own.toml")
     with unpacked(fleet_run.pack_drive(drive), "drive") as (there, _):
         found = {path.relative_to(there).as_posix(): path for path in there.rglob("*.*")}
         assert set(found) == {"drive.toml", "tests.csv", "own.toml", "loops/t01.csv"}
         for name, path in found.items():
             assert path.read_bytes() == (drive / name).read_bytes()
         assert fleet_run._key(there, 0, True, False) == fleet_run._key(drive, 0, True, False)
+
+
+def test_a_drive_that_cannot_be_sent_leaves_the_others_their_run(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A prior beside the folder was not found where it was sent to; a lost file ended the fleet."""
+    orders = fleet_run._orders(folder, tmp_path / "out", 0, True, False)[0]
+    shutil.copyfile(shipped("priors") / "csf-25-80.toml", folder / "cell1" / "own.toml")
+    edit(folder / "cell1" / "worn", 'file = "csf-25-80"', 'file = "../own.toml"')
+    sent = packed(folder / "cell2")
+    monkeypatch.setattr(fleet_run, "run_packed", lambda *_: sent)
+    with ThreadPoolExecutor(1) as cluster:
+        left, kept = fleet_run._spread_packed(cluster, orders, "hdprog fleet")
+    assert kept is None
+    assert left is not None
+    assert left.name == "cell1/worn"
+    assert "found the prior ../own.toml, outside the drive folder" in left.reason
+    assert "Copy it into the folder" in left.reason
 
 
 def test_a_drive_of_any_name_is_sent_apart_from_its_results(
