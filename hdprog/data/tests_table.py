@@ -361,14 +361,16 @@ def _test(path: Path, row: int, header: list[str], cells: list[str]) -> DriveTes
 
 
 def _test_id(path: Path, row: int, text: str) -> str:
-    # Results are stored in files of this name.
-    if re.fullmatch(r"[\w+\-][\w+\-. ]*", text) and len(text) <= 100 and not text.endswith("."):
+    # Results are stored in files of this name, which has at most 255 bytes with what is added.
+    fits = len(text) <= 100 and len(text.encode()) <= 200
+    if re.fullmatch(r"[\w+\-][\w+\-. ]*", text) and fits and not text.endswith("."):
         return text
     raise _error(
         path,
         row,
         f"test_id '{text}'" if text else "no test_id",
-        "a name of letters, digits, _ - + . or spaces, at most 100 of them",
+        "a name of letters, digits, _ - + . or spaces, at most 100 of them; of scripts beyond "
+        "Latin, Greek and Cyrillic fewer",
         "Rename the test, for example t01.",
     )
 

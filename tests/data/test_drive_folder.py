@@ -145,6 +145,7 @@ def test_commas_that_can_only_be_decimal_signs_are_read(folder: Path) -> None:
         ("t03,loops/a.csv,", "no service_hours"),
         (",loops/a.csv,5", "no test_id"),
         ("../t,loops/a.csv,5", "test_id '../t'"),
+        ("試" * 90 + ",loops/a.csv,5", "scripts beyond Latin, Greek and Cyrillic fewer"),
         ("t03,loops/a.csv,5,09.03.2025", "date '09.03.2025'"),
         ("t03,loops/a.csv,5,,warm", "temperature_C = 'warm'"),
         ("t03,loops/a.csv,5,,-300", "temperature_C = '-300'"),
