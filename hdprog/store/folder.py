@@ -86,6 +86,7 @@ def require_importable(session: Session, folder: Path) -> str:
     tests, seen = read_drive_folder(folder).tests, dict[str, str]()
     drive = declare_new(session, _content(folder))
     for test in tests:
+        _said(test).check()
         with test.path.open("rb") as stream:
             digest = hashlib.file_digest(stream, "sha256").hexdigest()
         if seen.setdefault(digest, test.test_id) != test.test_id:

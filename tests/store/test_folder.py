@@ -82,11 +82,15 @@ def test_a_folder_with_one_wrong_record_leaves_nothing(store: Store, tmp_path: P
 def test_of_folders_of_which_one_is_wrong_none_is_taken_in(tmp_path: Path) -> None:
     """Those before it stayed in, and the same command again refused them as there already."""
     right = subset(tmp_path / "right", ["t01"])
-    faults = {name: subset(tmp_path / name, ["t01", "t02"]) for name in ("id", "same", "text")}
+    names = ("id", "same", "text", "note")
+    faults = {name: subset(tmp_path / name, ["t01", "t02"]) for name in names}
     for name, folder in faults.items():
         edit(folder, 'id = "wearing-csf-25-80"', f'id = "{"a/b" if name == "id" else name}"')
     shutil.copy(faults["same"] / "loops" / "t01.csv", faults["same"] / "loops" / "t02.csv")
     (faults["text"] / "loops" / "t02.csv").write_text("no record", "utf-8")
+    table = faults["note"] / "tests.csv"
+    first, *rows = table.read_text("utf-8").splitlines()
+    table.write_text("\n".join([f"{first},note", *(f"{row},\x07" for row in rows)]), "utf-8")
     with open_store(tmp_path / "data") as store:
         queue = Queue(store.database.url)
         for wrong in (right, *faults.values()):
@@ -95,6 +99,7 @@ def test_of_folders_of_which_one_is_wrong_none_is_taken_in(tmp_path: Path) -> No
         queue.close()
         with store.reading() as session:
             assert fleet(session).found == 0
+        assert not list(store.files.raw.rglob("*"))
 
 
 def test_removed_tests_stay_behind(store: Store, tmp_path: Path) -> None:
