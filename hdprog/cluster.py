@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from typing import Any
 
@@ -45,6 +46,13 @@ def dask_client(address: str) -> Iterator[Any]:
         ) from error
     with client:
         yield client
+
+
+def lost() -> tuple[type[Exception], ...]:
+    """What a task raises that the cluster has lost, with its worker or with the scheduler."""
+    from distributed import KilledWorker
+
+    return KilledWorker, CancelledError
 
 
 def _require_host_and_port(address: str) -> None:

@@ -5,8 +5,11 @@ Workers of the cluster need hdprog installed, and neither the store nor its fold
 
 from __future__ import annotations
 
+from typing import Any
+
 from hdprog.atomic import atomic_directory
-from hdprog.cluster import dask_client
+from hdprog.cluster import dask_client, lost
+from hdprog.errors import HdprogError
 from hdprog.packed import packed, unpack, unpacked
 from hdprog.service.drive_run import Order, Say, run_here
 
@@ -21,7 +24,7 @@ def run_on_dask(address: str, order: Order, say: Say) -> None:
     UsageError
         where Dask is not installed or its scheduler does not answer
     HdprogError
-        for a drive folder that cannot be used
+        for a drive folder that cannot be used, or a job that the cluster loses
     """
     with dask_client(address) as client:
         say("handed to the Dask cluster", 0.02)
@@ -37,12 +40,25 @@ def run_on_dask(address: str, order: Order, say: Say) -> None:
                 except TimeoutError:
                     say("under way on the Dask cluster", 0.5)
                     say("on the Dask cluster", 0.5)
-            results = task.result()
+            results = _results(task)
         except BaseException:
             task.cancel()
             raise
     with atomic_directory(order.out) as aside:
         unpack(results, aside)
+
+
+def _results(task: Any) -> bytes:
+    """What came back; where nothing did, the cluster is at fault and not the program."""
+    try:
+        results: bytes = task.result()
+    except lost() as error:
+        raise HdprogError(
+            f"The Dask cluster lost this job ({error}): a worker that ended, perhaps for want of "
+            "memory, or the scheduler. The cluster's logs say more. Start the job again; the "
+            "upload itself is safe."
+        ) from error
+    return results
 
 
 def run_packed(folder: bytes, quick: bool, command: str) -> bytes:

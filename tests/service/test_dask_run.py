@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import errno
+from concurrent.futures import CancelledError, Future
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from distributed import KilledWorker
 
-from hdprog.errors import BadInputError, UsageError
+from hdprog.errors import BadInputError, HdprogError, UsageError
 from hdprog.service import dask_run
 from hdprog.service.drive_run import Order, Say
 
@@ -78,6 +81,18 @@ def test_a_time_out_of_the_work_itself_ends_the_job(
         pytest.raises(TimeoutError, match="of a network folder"),
     ):
         dask_run.run_on_dask(cluster.scheduler_address, order, say)
+
+
+@pytest.mark.parametrize(
+    "error", [CancelledError("f-1"), KilledWorker("f-1", SimpleNamespace(address="tcp://a:1"), 3)]
+)
+def test_a_job_that_the_cluster_loses_is_no_mistake_of_the_program(error: Exception) -> None:
+    """It was told as one, to be reported, where a worker had run out of memory."""
+    task: Future[bytes] = Future()
+    task.set_exception(error)
+    with pytest.raises(HdprogError, match=r"^The Dask cluster lost this job \(.*f-1") as told:
+        dask_run._results(task)
+    assert "Start the job again" in str(told.value)
 
 
 def test_a_scheduler_that_does_not_answer(folder: Path, tmp_path: Path) -> None:
