@@ -17,6 +17,7 @@ from hdprog.results import (
     SuddenEffect,
     TestResult,
     TrendSummary,
+    since_replaced,
 )
 
 _MEDIAN = LEVELS.index(0.50)
@@ -86,8 +87,9 @@ def _off_course(key: str, course: FigureTrend, off: Sequence[int], names: Sequen
 
 
 def _regreased(tests: Sequence[TestResult]) -> list[str]:
-    """Say what was done to the drive and what that leaves as it is."""
-    found = [test.test_id for test in tests[1:] if test.event == "regreased"]
+    """Say what was done to the drive that is there now and what that leaves as it is."""
+    own = since_replaced(tests)
+    found = [test.test_id for test in own[1:] if test.event == "regreased"]
     if not found:
         return []
     return [

@@ -101,6 +101,9 @@ def test_regreasing_is_told() -> None:
     ]
     (said,) = [text for text in trend_warnings(result.trend, tests) if "regreased" in text]
     assert said.startswith("The drive was regreased before test t03: friction starts anew")
+    # Of a drive that is there no more nothing goes on.
+    tests[3] = replace(tests[3], event="replaced")
+    assert not [text for text in trend_warnings(result.trend, tests) if "regreased" in text]
 
 
 def test_the_verdict_says_that_the_course_passes_tests_by() -> None:
