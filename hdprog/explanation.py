@@ -21,6 +21,12 @@ Verdict = Literal["adequate", "explained", "partly_explained", "unexplained"]
 Origin = Literal["rig", "wear", "unclear"]
 
 UNKNOWN = "unknown"
+_PERSONS = {"coulomb": "Coulomb", "stribeck": "Stribeck"}
+
+
+def spoken_effect(identifier: str) -> str:
+    """Id of an effect as running text has it: "Coulomb friction"."""
+    return " ".join(_PERSONS.get(word, word) for word in identifier.split("_"))
 
 
 @dataclass(frozen=True)

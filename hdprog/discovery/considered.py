@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from hdprog.discovery.heldout import HeldOut, elpd_difference, held_out
 from hdprog.discovery.pooling import THRESHOLD
 from hdprog.discovery.search import Traced
-from hdprog.explanation import ConsideredEffect
+from hdprog.explanation import ConsideredEffect, spoken_effect
 from hdprog.physics.effects import BY_ID
 
 _WEIGHED = 3  # of the best, by held-out data
@@ -90,7 +90,7 @@ def why_not(
     if final:
         best = max(gains[0][one] for one in final if one in gains[0])
         last = next((step[name] for step in reversed(gains) if name in step), gain)
-        beside = " + ".join(one.replace("_", " ") for one in final)
+        beside = " + ".join(spoken_effect(one) for one in final)
         if len(gains) > 1 and last < THRESHOLD:
             return (
                 f"log Bayes factor {_told(gain)} where {best:.1f} was reached; beside {beside} it "

@@ -16,6 +16,7 @@ from hdprog.explanation import (
     FoundEffect,
     LeftOver,
     ResidualCourse,
+    spoken_effect,
 )
 from hdprog.physics.figures import ARCMIN_PER_RAD
 from hdprog.physics.parameters import FloatArray
@@ -36,7 +37,6 @@ NO_MECHANISM = "something that no known mechanism describes"
 SIGNIFICANT = 0.05
 """Largest p-value at which a coordinate is said to carry the residual."""
 _LEAST = 0.1  # share of the residual from which a coordinate is said to carry it
-_PERSONS = {"coulomb": "Coulomb", "stribeck": "Stribeck"}
 _WIDE = 0.6  # part of a coordinate's span from which an unknown term lies "over the whole range"
 _HAS_BRANCHES = ("torque", "branch", "angle", "output_angle", "distance_since_reversal")
 
@@ -80,7 +80,7 @@ def effect_name(identifier: str) -> str:
     """Name of an effect for running text; the empirical term is no effect and says so."""
     if identifier == UNKNOWN:
         return "an unknown effect"
-    return " ".join(_PERSONS.get(word, word) for word in spoken(identifier).split())
+    return spoken_effect(identifier)
 
 
 def effect_words(effect: FoundEffect) -> str:

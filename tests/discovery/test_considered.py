@@ -35,6 +35,13 @@ from hdprog.discovery.considered import cannot_be_told, why_not
             True,
             "9.0 where 30.0 was reached; beside backlash it gains nothing more (0.5)",
         ),
+        (
+            [{"creep": 9.0, "coulomb_friction": 30.0}, {"creep": 0.5}],
+            ("coulomb_friction",),
+            False,
+            True,
+            "beside Coulomb friction it gains nothing more",
+        ),
     ],
 )
 def test_reasons(
