@@ -117,8 +117,16 @@ def _held(result: BacktestResult) -> str:
     what = f"what came (for {missing} that the limit was not passed)" if missing else "the crossing"
     return (
         f"Of {forecasts}, {found.held} held {what} in {interval}: "
-        f"{range_words(found)} by count, where {share_words(found.expected)} should."
+        f"{range_words(found)} by count, where {_should(found)}."
     )
+
+
+def _should(found: Coverage) -> str:
+    """What share should hold: "90 % should"; where it is another than the name says, why."""
+    should = f"{share_words(found.expected)} should"
+    if share_words(found.expected) == share_words(found.nominal):
+        return should
+    return f"{should}, as intervals that run past what was seen hold more than their name says"
 
 
 def late_words(late: float | None) -> str:

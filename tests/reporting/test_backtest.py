@@ -87,6 +87,14 @@ def test_what_did_not_converge_comes_first() -> None:
     assert found.sentences[0].startswith("Not converged: the trend up to t01.")
 
 
+def test_a_share_that_is_not_the_intervals_own_has_its_reason() -> None:
+    """Of 90 % intervals 95 % should hold: without a word a contradiction."""
+    past = drive("d", 500.0)
+    score = replace(past.origins[0].crossings[0], own_probability={0.5: 0.5, 0.9: 0.95})
+    past = replace(past, origins=(replace(past.origins[0], crossings=(score,)),))
+    assert "95 % should, as intervals that run past what was seen hold more" in words(past)
+
+
 def test_lateness_in_words() -> None:
     assert [spaced(late_words(late)) for late in (0.12, -0.03, math.inf, 0.001, None)] == [
         "12 % late",
