@@ -35,6 +35,8 @@ from hdprog.results import Forecast
 
 _WORTH_SAYING = 0.05  # of what lies outside of the picture
 _ROOM_FOR_WORDS = 0.25  # of the height of the hill's axes
+_WIDTH_OF_WORDS = 0.07  # "50 %", of the width of the hill's axes
+_LINE = 0.13  # of words, of their height
 _DASHES = ((0, (6, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)), (0, (3, 1)))
 
 
@@ -125,6 +127,7 @@ def _draw_density(axes: Axes, main: Forecast, end: float) -> None:
     axes.plot(at, density, color=FIT, linewidth=1.6)
     top = 1.3 * float(density.max()) or 1.0
     axes.set_ylim(0.0, top)
+    before, base = -np.inf, 0.0
     for level in _marked(main):
         hour = crossing.get(level)
         if hour is None or hour > end:
@@ -132,9 +135,13 @@ def _draw_density(axes: Axes, main: Forecast, end: float) -> None:
         height = float(np.interp(hour, at, density))
         axes.plot([hour, hour], [0.0, height], color=INK, linewidth=1.3)
         inside = height > _ROOM_FOR_WORDS * top  # under the curve, which they would hide
+        # Words that would run into those of the level before stand above them.
+        beside = hour - before < _WIDTH_OF_WORDS * (end - main.now_hours)
+        base = base + _LINE * top if beside else 0.0 if inside else height
+        before = hour
         axes.annotate(
             share(level),
-            (hour, 0.0 if inside else height),
+            (hour, base),
             xytext=(4, 4),
             textcoords="offset points",
             fontsize=8.5,
