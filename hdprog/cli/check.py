@@ -20,6 +20,7 @@ from hdprog.cli.options import (
     LoopsOrFolders,
     Select,
 )
+from hdprog.errors import UsageError
 
 if TYPE_CHECKING:
     from hdprog.data.check import CheckReport
@@ -41,6 +42,11 @@ def check(
     """
     from hdprog.data.check import check_path
 
+    if drive is not None and all(path.is_dir() for path in paths):
+        raise UsageError(
+            f"--drive: found {drive} beside drive folders alone, expected a loop file to compare "
+            "with it. A drive folder is checked by its own drive.toml: leave --drive out."
+        )
     checks = [
         _as_a_run_would(check_path(path, columns=columns, select=select, drive=drive), drive)
         for path in paths

@@ -38,3 +38,12 @@ def test_a_drive_is_checked_as_a_run_would(
     shown = invoke("check", str(folder))
     assert shown.exit_code == code
     assert words.format(at=folder / "drive.toml") in shown.stdout
+
+
+def test_a_drive_file_beside_folders_alone_is_not_passed_over(invoke: Invoke, folder: Path) -> None:
+    own = folder / "drive.toml"
+    own.write_text(DRIVE.format(model="CSF-25-80"), "utf-8")
+    shown = invoke("check", str(folder), "--drive", str(own))
+    assert shown.exit_code == 2
+    assert "A drive folder is checked by its own drive.toml" in shown.stderr
+    assert invoke("check", str(folder / "t01.csv"), str(folder), "--drive", str(own)).exit_code == 0
