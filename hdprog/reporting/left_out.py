@@ -7,21 +7,40 @@ it, and the reader has to know what it would add.
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
+
 from hdprog.config import Limit
-from hdprog.explanation import UNKNOWN, Origin
+from hdprog.explanation import UNKNOWN, DriveExplanation, Origin
 from hdprog.physics.effects import BY_ID
 from hdprog.reporting.effect_words import effect_name
 from hdprog.reporting.present import standing, value_words
 from hdprog.reporting.words import agree, capital, listed, quantity
-from hdprog.results import DriveResult, TestResult
+from hdprog.results import DriveResult, TestResult, since_replaced
 
 _HALF = 0.5  # of the 90 % interval without the effect: less is not worth a word
 
 
 def left_out_sentences(result: DriveResult) -> list[str]:
-    """Limited figures of the last test with the effects that nothing else counts; or nothing."""
-    found = _left_out(result)
-    test = result.tests[-1]
+    """Limited figures with effects that nothing else counts, of the last test that shows them."""
+    *earlier, last = since_replaced(result.tests)
+    said = _sentences(result, last, _left_out(result, last.effects))
+    # What the last test cannot show may be there all the same, as it was when it could be seen.
+    found, unseen = result.explanation, tuple[str, ...]()
+    if isinstance(found, DriveExplanation):
+        unseen = found.not_shown_by(last.test_id)
+    hidden = _left_out(result, unseen)
+    for test in reversed(earlier):
+        seen = {name: origin for name, origin in hidden.items() if name in test.effects}
+        if seen:
+            said += _sentences(result, test, seen)
+            break
+    return said
+
+
+def _sentences(
+    result: DriveResult, test: TestResult, found: Mapping[str, Origin | None]
+) -> list[str]:
+    """What a test's limited figures are with effects that it has; nothing where that is little."""
     told = [_told(test, limit) for limit in result.drive.limits if _matters(test, limit.key)]
     if not found or not told:
         return []
@@ -32,15 +51,16 @@ def left_out_sentences(result: DriveResult) -> list[str]:
     else:
         source = "from the rig or from wear, which these tests do not tell"
         whose = f"{agree(many, 'comes', 'come')} {source}"
+    where = "" if test is result.tests[-1] else f" at {test.test_id}, the last test to show {it},"
     what = "Forecast and limits are held" if result.forecasts else "The limits are held"
     return [
-        f"{capital(names)} {whose}. {what} against the drive without {it}; with {it} "
+        f"{capital(names)} {whose}. {what} against the drive without {it}; with {it}{where} "
         f"{listed(told)}."
     ]
 
 
-def _left_out(result: DriveResult) -> dict[str, Origin | None]:
-    """Ids and origins of the lasting effects that are neither followed nor the rig's."""
+def _left_out(result: DriveResult, among: Collection[str]) -> dict[str, Origin | None]:
+    """Ids and origins of the lasting effects among these, neither followed nor the rig's."""
     explanation = result.explanation
     if explanation is None:
         found: dict[str, Origin | None] = dict.fromkeys(result.tests[-1].effects)
@@ -51,7 +71,7 @@ def _left_out(result: DriveResult) -> dict[str, Origin | None]:
         name: origin
         for name, origin in found.items()
         if name != UNKNOWN
-        and name in result.tests[-1].effects
+        and name in among
         and BY_ID[name].lasting
         and BY_ID[name].static
         and name not in followed

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from hdprog.explanation import Origin
+from hdprog.explanation import DriveExplanation, Origin
 from hdprog.reporting.verdict import verdict
 from hdprog.results import DriveResult
 from tests.reporting import drives, explanations
@@ -66,6 +67,25 @@ def test_an_effect_of_earlier_tests_is_not_held_against_the_last_ones_figure() -
     result = with_play(of_drive("unclear"), 1.3)
     *others, last = result.tests
     assert not said(replace(result, tests=(*others, replace(last, effects=("microslip",)))))
+
+
+def test_play_that_the_last_test_cannot_show_is_told_by_the_one_before() -> None:
+    """It was passed over without a word, as if it had gone."""
+    result = with_play(of_drive("unclear"), 1.3)
+    assert isinstance(result.explanation, DriveExplanation)
+    sizes = result.explanation.amplitudes["backlash"].copy()
+    sizes[-1, 1:] = np.nan
+    *others, seen = with_play(replace(result, tests=result.tests[:-1]), 1.3).tests
+    blind = replace(result.tests[-1], effects=(), figures_with_effects={})
+    (found,) = said(
+        replace(
+            result,
+            tests=(*others, seen, blind),
+            explanation=replace(result.explanation, amplitudes={"backlash": sizes}),
+        )
+    )
+    assert f"with it at {seen.test_id}, the last test to show it, lost motion is " in found
+    assert found.endswith("past its limit.")
 
 
 def test_play_that_grows_is_told_where_nothing_is_forecast() -> None:
