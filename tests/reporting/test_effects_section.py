@@ -267,6 +267,17 @@ def test_a_test_that_cannot_show_an_effect_is_not_said_to_lack_it() -> None:
     assert told in warnings(explanations.of_drive(drive))[0]
 
 
+def test_what_some_tests_lack_is_said_to_be_left_out_of_the_search() -> None:
+    """Without a word nothing over time was found in a drive of which one test is untimed."""
+    drive = explanations.drive_explanation()
+    assert "was not looked for over" not in said(drive)
+    *others, last = drive.tests
+    timeless = {name: at for name, at in last.course.coordinates.items() if name != "time"}
+    last = replace(last, course=replace(last.course, coordinates=timeless))
+    told = said(replace(drive, tests=(*others, last)))
+    assert "no mechanism describes was not looked for over time: not all tests tell of that" in told
+
+
 def test_an_effect_of_the_rig_is_not_counted_as_wear() -> None:
     drive = explanations.drive_explanation(effects=(explanations.backlash(origin="rig"),))
     assert "says nothing of the drive's wear" in said(drive)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hdprog.explanation import UNKNOWN, DriveExplanation, Explanation, FoundEffect
@@ -275,4 +276,18 @@ def _remaining(found: DriveExplanation) -> Part | None:
 
 def _rejected(found: Explanation | DriveExplanation) -> Part | None:
     table = tables.considered_table(found.considered)
-    return None if table is None else Part("Considered and rejected", (), (), (table,))
+    said = _not_in_common(found.tests) if isinstance(found, DriveExplanation) else ()
+    return None if table is None else Part("Considered and rejected", said, (), (table,))
+
+
+def _not_in_common(tests: Sequence[Explanation]) -> tuple[str, ...]:
+    """What no empirical curve was sought over, as one curve is to follow all tests."""
+    each = [set(test.course.coordinates) for test in tests]
+    some = sorted(set[str]().union(*each) - each[0].intersection(*each))
+    if not some:
+        return ()
+    names = listed((coordinate(name).name for name in some), "or")
+    return (
+        f"Structure that no mechanism describes was not looked for over {names}: not all tests "
+        "tell of that. A test by itself (hdprog explain LOOP) is searched over all that it has.",
+    )
