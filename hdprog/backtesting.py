@@ -17,6 +17,7 @@ from hdprog.drive_folders import drive_folders
 from hdprog.errors import BadInputError
 from hdprog.forecast.backtest import score_origin
 from hdprog.forecast.backtest_pool import BacktestResult, DriveScores
+from hdprog.forecast.horizon import require_horizon
 from hdprog.forecast.what_came import seen_test
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import scales_of
@@ -24,7 +25,6 @@ from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import Prior
 from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
 from hdprog.outcome import write_beside_report
-from hdprog.outlook_of_drive import require_horizon
 from hdprog.parallel import hold_blas_to_one_thread, process_executor, spread_over
 from hdprog.results import Provenance
 from hdprog.tests_of_drive import fit_tests, with_rated_torque

@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hdprog.config import Drive
-from hdprog.data.drive_folder import DriveFolder, DriveTest
+from hdprog.data.drive_folder import DriveFolder
 from hdprog.data.finished_runs import FinishedRun, FinishedRuns
 from hdprog.discovery.drive import brought_by_wear, lasting_effects
-from hdprog.errors import BadInputError
-from hdprog.forecast.crossing import forecast, require_horizon_ahead
+from hdprog.forecast.crossing import forecast
 from hdprog.inference.posterior import Posterior
 from hdprog.physics.effects.base import Effect
 from hdprog.physics.figures import Operation
@@ -28,21 +27,6 @@ from hdprog.trend.sudden_steps import came_at_once
 from hdprog.trend.wear_clock import hours_by_load, pace_of_load
 from hdprog.trend.wear_prior import WearPrior
 from hdprog.trend.what_tests_say import told_early
-
-
-def require_horizon(drive: Drive, tests: Sequence[DriveTest]) -> None:
-    """Refuse a horizon that is not after the last test; of many drives, the file is named.
-
-    Raises
-    ------
-    BadInputError
-        so it is
-    """
-    try:
-        require_horizon_ahead(tests[-1].service_hours, drive.forecast.horizon_hours)
-    except BadInputError as error:
-        where = f"{drive.source or 'drive.toml'}, [forecast] horizon_hours"
-        raise BadInputError(error.found, where, error.expected, error.advice) from error
 
 
 @dataclass(frozen=True)

@@ -273,12 +273,8 @@ def run(
     BadInputError
         for anything in the folder that cannot be used, or a fleet without a finished run
     """
-    from hdprog.outlook_of_drive import (
-        begin_beside,
-        begin_outlook,
-        effects_to_follow,
-        require_horizon,
-    )
+    from hdprog.forecast.horizon import require_horizon
+    from hdprog.outlook_of_drive import begin_beside, begin_outlook, effects_to_follow
     from hdprog.trend.wear_prior import read_wear_prior
 
     _require_loads(loads)

@@ -70,6 +70,7 @@ def _as_a_run_would(report: CheckReport, drive_file: Path | None) -> CheckReport
     from hdprog.config import read_drive
     from hdprog.data.tests_table import read_tests
     from hdprog.errors import BadInputError
+    from hdprog.forecast.horizon import require_horizon
     from hdprog.inference.catalogue import ratio_doubt
     from hdprog.inference.prior_file import name_of_model, require_prior
 
@@ -84,8 +85,6 @@ def _as_a_run_would(report: CheckReport, drive_file: Path | None) -> CheckReport
     except BadInputError as error:
         problems.append(str(error))
     if tests:
-        from hdprog.outlook_of_drive import require_horizon
-
         try:
             require_horizon(drive, tests)
         except BadInputError as error:
