@@ -57,17 +57,17 @@ def test_it_converges_and_covers_the_true_course(trend: Trend) -> None:
 
 def test_seed_and_tests_tell_every_number_and_not_their_order(tests: list[SimulatedLoop]) -> None:
     found = []
-    for given, elsewhere in ((tests[:3], 0), (tests[:3], 123), (tests[2::-1], 123)):
+    for given, elsewhere in ((tests[:3], 0), (tests[2::-1], 123)):
         np.random.seed(elsewhere)  # noqa: NPY002 - emcee must not listen to it
         rng = np.random.default_rng(2)
         found.append(
             fit_trend(given, PRIOR, read_wear_prior(), rng, quick=True, joint_effort=HASTY)
         )
+    first, again = found
+    assert np.array_equal(again.draws.chains, first.draws.chains)
     later = np.array([1500.0, 4000.0])
-    first = found[0].paths(later, np.random.default_rng(4), 50)
-    for again in found[1:]:
-        assert np.array_equal(again.draws.chains, found[0].draws.chains)
-        assert np.array_equal(again.paths(later, np.random.default_rng(4), 50), first)
+    paths = [one.paths(later, np.random.default_rng(4), 50) for one in found]
+    assert np.array_equal(*paths)
 
 
 def test_a_gear_that_is_worn_out_does_not_heal(trend: Trend) -> None:
