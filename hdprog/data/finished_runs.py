@@ -41,6 +41,7 @@ class FinishedRun:
     ----------
     drive_id, path : of the drive, and the summary that was read
     created : ISO 8601, when it was made
+    converged : whether its trend is; what one says that is not does not count
     wear_prior : identity of the wear prior whose deviates z these are
     said : by its tests, of z
     steady : if the drive's pace is steady; None where the run did not keep it
@@ -49,6 +50,7 @@ class FinishedRun:
     drive_id: str
     path: Path
     created: str
+    converged: bool
     wear_prior: str
     said: KeptSaid
     steady: KeptIfSteady | None
@@ -99,6 +101,9 @@ def read_finished_runs(folder: Path, *, own_id: str, wear_prior: str) -> Finishe
             continue
         if found is None or found.drive_id == own_id:
             continue
+        if not found.converged:
+            left_out.append(f"{path}: its trend did not converge; see its report")
+            continue
         if found.wear_prior != wear_prior:
             left_out.append(f"{path}: made with another wear prior; run the drive again")
             continue
@@ -119,12 +124,12 @@ def read_finished_runs(folder: Path, *, own_id: str, wear_prior: str) -> Finishe
 
 
 def _read(path: Path) -> FinishedRun | None:
-    """A run with a converged trend, or None for a summary of anything else."""
+    """A run with a trend, or None for a summary of anything else."""
     content = json.loads(path.read_text("utf-8"))
     if content.get("schema") != SCHEMA:
         raise ValueError(f'"schema" is {content.get("schema")!r}, not {SCHEMA!r}')
     trend = content.get("trend")
-    if trend is None or not trend["converged"]:
+    if trend is None:
         return None
     if "says" not in trend:
         raise ValueError("made by an older version, which did not keep what its tests say of wear")
@@ -133,6 +138,7 @@ def _read(path: Path) -> FinishedRun | None:
         str(content["drive"]["id"]),
         path,
         str(content["provenance"]["created"]),
+        bool(trend["converged"]),
         str(says["wear_prior"]),
         _said(says, len(says["deviates"])),
         _if_steady(says),

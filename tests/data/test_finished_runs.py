@@ -14,15 +14,17 @@ from hdprog.errors import BadInputError
 KEPT = {"precision": [[4.0, 0.0], [0.0, 1.0]], "information": [2.0, 0.5]}
 
 
-def reading(folder: Path, steady: dict[str, Any] | None) -> FinishedRuns:
+def reading(
+    folder: Path, steady: dict[str, Any] | None, *, drive: str = "other", converged: bool = True
+) -> FinishedRuns:
     says = {"wear_prior": "one", "deviates": ["wear_rate", "volatility"], **KEPT}
     if steady is not None:
         says["steady"] = steady
     content = {
         "schema": "hdprog.summary/1",
-        "drive": {"id": "other"},
+        "drive": {"id": drive},
         "provenance": {"created": "2026-01-01T00:00:00+00:00"},
-        "trend": {"converged": True, "says": says},
+        "trend": {"converged": converged, "says": says},
     }
     (folder / "summary.json").write_text(json.dumps(content), "utf-8")
     return read_finished_runs(folder, own_id="own", wear_prior="one")
@@ -58,3 +60,19 @@ def test_a_run_behind_a_link_is_read(tmp_path: Path) -> None:
 def test_a_run_that_says_no_numbers_is_left_out(tmp_path: Path, wrong: dict[str, Any]) -> None:
     with pytest.raises(BadInputError, match="not a summary of a finished run"):
         reading(tmp_path, wrong)
+
+
+def test_a_run_whose_trend_did_not_converge_is_left_out_with_words(tmp_path: Path) -> None:
+    """It was left out without any: a fleet of fewer drives than the reader had put there."""
+    for name in ("sound", "doubtful", "own"):
+        (tmp_path / name).mkdir()
+    with pytest.raises(BadInputError, match="its trend did not converge"):
+        reading(tmp_path / "doubtful", None, drive="doubtful", converged=False)
+    reading(tmp_path / "sound", None)
+    with pytest.raises(BadInputError, match="no finished run"):
+        reading(tmp_path / "own", None, drive="own", converged=False)
+    found = read_finished_runs(tmp_path, own_id="own", wear_prior="one")
+    assert [run.drive_id for run in found.runs] == ["other"]
+    (left,) = found.left_out
+    assert left.startswith(str(tmp_path / "doubtful"))
+    assert "did not converge" in left
