@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -225,14 +226,20 @@ def _doubted(effect: FoundEffect, found: Explanation | DriveExplanation) -> str:
 
 def _bias(found: Explanation, note: str) -> Part:
     moved = [s for s in shifts(found) if s.deviations is not None and abs(s.deviations) > _FAR]
-    far = [s for s in moved if s.off_by is None or abs(s.off_by) >= _WORTH_SAYING][:3]
+    far = [s for s in moved if s.off_by is None or abs(s.off_by) >= _WORTH_SAYING]
+    # By size: a stiffness known to a thousandth is many deviations off while hardly wrong.
+    far.sort(key=lambda s: -math.inf if s.off_by is None else -abs(s.off_by))
     if far:
-        told = listed(f"{tables.shift_name(shift)} ({tables.off_words(shift)})" for shift in far)
+        told = listed(
+            f"{tables.shift_name(shift)} ({tables.off_words(shift)})" for shift in far[:3]
+        )
         lacking = listed(
             "the unknown effect" if effect.id == UNKNOWN else effect_name(effect.id)
             for effect in found.effects
         )
-        said = f"Without {lacking} these came out wrong{note}: {told}."
+        wrong = "these" if len(far) <= 3 else f"{len(far)} numbers"
+        most = "" if len(far) <= 3 else ", most of all"
+        said = f"Without {lacking} {wrong} came out wrong{note}{most}: {told}."
     elif moved:
         said = (
             f"{capital(listed(map(tables.shift_name, moved)))} moved by more than two standard "
