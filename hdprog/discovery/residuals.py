@@ -83,6 +83,10 @@ def _features(course: Course, angle: FloatArray) -> Mapping[str, FloatArray]:
     for name, values in names.items():
         basis = basis_of(name, float(values.min()), float(values.max()), course)
         features[name] = basis * np.tile(scaled, basis.shape[1] // FEATURES)
+        if name == "temperature":
+            # A rig that warms up is coldest once: what was left out can only be read on a line.
+            line = (values - values.mean()) / values.std()
+            features[name] = np.column_stack([features[name], line])
     low, high = float(angle.min()), float(angle.max())
     place = np.outer((angle - low) / (high - low), np.arange(1, FEATURES + 1))
     features["angle"] = np.sqrt(2) * np.cos(np.pi * place) * scaled

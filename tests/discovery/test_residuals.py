@@ -83,7 +83,20 @@ def test_noise_is_carried_by_nothing_at_the_stated_rate() -> None:
     assert np.sum(np.array(smallest) < 0.05) <= stats.binom.ppf(0.999, records, 0.05)
 
 
-@pytest.mark.parametrize("name", ["torque", "time"])
+def test_temperature_carries_the_residual_of_a_rig_that_warms_up() -> None:
+    """Each temperature is there once: it was said to carry nothing, with time carrying most."""
+    warming = 20 + 5 * -np.expm1(-TIME / 30)
+    loop = Loop(TORQUE, ANGLE, TIME, warming)
+    course = record_course(loop, TorquePath.exact(TORQUE), 0.0)
+    rng = np.random.default_rng(8)
+    noisy = rng.standard_normal(TIME.size) + 1.5 * (warming - warming.mean()) / warming.std()
+    found = carriers(left_by_a_fit(noisy), SENSITIVITIES, ANGLE, course, rng)
+    by_name = {carrier.coordinate: carrier for carrier in found}
+    assert by_name["temperature"].fraction > by_name["time"].fraction - 0.05 > 0.4
+    assert by_name["temperature"].p_value < 0.05
+
+
+@pytest.mark.parametrize("name", ["torque", "time", "temperature"])
 def test_p_values_of_one_coordinate_are_as_rare_as_they_say(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
