@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from hdprog.reporting.sections.method import hyperparameters
 from hdprog.reporting.sections.shrinkage import shrinkage
 from hdprog.results import FleetShare, Shrinkage, SteadyShare
 from tests.reporting import drives
@@ -36,3 +37,14 @@ def test_runs_of_an_older_version_leave_any_drives_pace_and_the_report_says_so()
     said = caption(None)
     assert "made by an older version" in said
     assert "as that of any drive" in said
+
+
+def test_what_a_fleet_told_is_carried_by_the_fleet_as_the_verdict_says() -> None:
+    trend = drives.wearing(drives.LOST_MOTION, count=4).trend
+    assert trend is not None
+    trend = replace(trend, carried_by_prior=("wear_rate",))
+    taught = replace(trend, fleet=FleetShare(("a", "b", "c"), {}, ()))
+    for found, carrier in ((trend, "the prior"), (taught, "the fleet")):
+        (group,) = hyperparameters(found).groups
+        (row,) = [row for row in group.rows if row.head == "wear rate"]
+        assert row.cells[-1] == carrier

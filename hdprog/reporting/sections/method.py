@@ -171,7 +171,7 @@ def _figures(result: DriveResult) -> str:
 def _trend(trend: TrendSummary) -> str:
     carried = [spoken(name) for name in trend.carried_by_prior]
     told = (
-        f" The tests hardly moved these, which the prior carries: {listed(carried)}."
+        f" The tests hardly moved these, which {_carrier(trend)} carries: {listed(carried)}."
         if carried
         else " The tests moved all its hyperparameters away from the prior."
     )
@@ -195,6 +195,11 @@ def _trend(trend: TrendSummary) -> str:
     told += _exactness(trend.diagnostics)
     doubt = "" if trend.converged else " The trend did not converge: its numbers are provisional."
     return f"{capital(trend.model).rstrip('.')}.{told}{doubt}"
+
+
+def _carrier(trend: TrendSummary) -> str:
+    """Whose the prior is: with a fleet it is what that has told, as the verdict says."""
+    return "the prior" if trend.fleet is None else "the fleet"
 
 
 def _exactness(diagnostics: Mapping[str, float]) -> str:
@@ -237,10 +242,10 @@ def _loads(result: DriveResult) -> str:
 
 
 def hyperparameters(trend: TrendSummary) -> Table:
-    """Hyperparameters of the trend and which of them the prior carries."""
+    """Hyperparameters of the trend and what carries each."""
     rows = []
     for name, levels in trend.hyperparameters.items():
-        told = "the prior" if name in trend.carried_by_prior else "the tests"
+        told = _carrier(trend) if name in trend.carried_by_prior else "the tests"
         values = interval(levels[0.05], levels[0.50], levels[0.95])
         rows.append(Row(spoken(name), (*values, told), note=_HYPERPARAMETERS.get(name, "")))
     return Table.flat(
