@@ -21,6 +21,10 @@ from hdprog.results import (
 )
 
 _MEDIAN = LEVELS.index(0.50)
+_ANEW = {
+    "regreased": "friction starts anew",
+    "reassembled": "preload and friction may step",
+}
 _REMOUNTED = 0.1  # of a figure: what remounting moves it by is a few hundredths
 
 
@@ -33,7 +37,7 @@ def trend_warnings(trend: TrendSummary, tests: Sequence[TestResult]) -> list[str
         off = off_course(course)
         if off:
             found.append(_off_course(key, course, off, names))
-    return [*found, *_regreased(tests)]
+    return [*found, *_done(tests)]
 
 
 def _sudden(found: SuddenEffect, tests: Sequence[TestResult]) -> str:
@@ -86,16 +90,17 @@ def _off_course(key: str, course: FigureTrend, off: Sequence[int], names: Sequen
     )
 
 
-def _regreased(tests: Sequence[TestResult]) -> list[str]:
+def _done(tests: Sequence[TestResult]) -> list[str]:
     """Say what was done to the drive that is there now and what that leaves as it is."""
-    own = since_replaced(tests)
-    found = [test.test_id for test in own[1:] if test.event == "regreased"]
-    if not found:
-        return []
-    return [
-        f"The drive was regreased before {agree(len(found), 'test', 'tests')} {listed(found)}: "
-        "friction starts anew there, and wear goes on."
-    ]
+    own, said = since_replaced(tests), []
+    for event, anew in _ANEW.items():
+        found = [test.test_id for test in own[1:] if test.event == event]
+        if found:
+            said.append(
+                f"The drive was {event} before {agree(len(found), 'test', 'tests')} "
+                f"{listed(found)}: {anew} there, and wear goes on."
+            )
+    return said
 
 
 def _not_reproduced(one: NotReproduced, names: Sequence[str]) -> str:

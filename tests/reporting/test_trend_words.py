@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from hdprog.config import ReportSettings
 from hdprog.reporting.json_of_trend import trend_json
 from hdprog.reporting.reader_units import shown_in
@@ -92,18 +94,21 @@ def test_an_effect_that_came_at_once_is_told_with_its_tests_hours_and_what_to_do
     assert trend_json(result.trend, result.tests)["sudden_effects"] == []
 
 
-def test_regreasing_is_told() -> None:
+@pytest.mark.parametrize(
+    ("event", "anew"),
+    [("regreased", "friction starts anew"), ("reassembled", "preload and friction may step")],
+)
+def test_what_was_done_to_the_drive_is_told(event: str, anew: str) -> None:
     result = wearing(count=4)
     assert result.trend is not None
     tests = [
-        replace(test, event="regreased" if at == 2 else None)
-        for at, test in enumerate(result.tests)
+        replace(test, event=event if at == 2 else None) for at, test in enumerate(result.tests)
     ]
-    (said,) = [text for text in trend_warnings(result.trend, tests) if "regreased" in text]
-    assert said.startswith("The drive was regreased before test t03: friction starts anew")
+    (said,) = [text for text in trend_warnings(result.trend, tests) if event in text]
+    assert said == f"The drive was {event} before test t03: {anew} there, and wear goes on."
     # Of a drive that is there no more nothing goes on.
     tests[3] = replace(tests[3], event="replaced")
-    assert not [text for text in trend_warnings(result.trend, tests) if "regreased" in text]
+    assert not [text for text in trend_warnings(result.trend, tests) if event in text]
 
 
 def test_the_verdict_says_that_the_course_passes_tests_by() -> None:
