@@ -17,7 +17,7 @@ from hdprog.reporting.backtest import build_backtest_report
 from hdprog.reporting.backtest_json import backtest_json
 from hdprog.reporting.backtest_words import late_words, verdict
 from hdprog.reporting.figures.backtest_intervals import _passed
-from hdprog.reporting.sections.backtest import accuracies
+from hdprog.reporting.sections.backtest import accuracies, method
 from hdprog.results import Provenance
 from tests.reporting.page import Page, spaced
 
@@ -71,6 +71,17 @@ def test_many_drives_get_a_verdict(crossed_at: float, label: str, late: str) -> 
     assert verdict(found).label == label
     assert late in words(*found.drives)
     assert "too few" not in words(*found.drives)
+
+
+def test_where_what_came_ends_is_not_called_the_horizon() -> None:
+    """Scores end at the last test, long before the horizon that the drive declares."""
+    (made,) = drive("d", 500.0).origins
+    short = replace(made, crossings=(replace(made.crossings[0], seen_until=900.0),))
+    found = result(DriveScores("d", "d", 2, 5000.0, (), (short,)))
+    text = spaced(method(found)[-1].text)
+    assert "as far as what came was seen (to 900 h), not how the next drive's will be" in text
+    two = method(result(*found.drives, drive("e", 500.0)))[-1].text
+    assert "as far as what came was seen, not how" in two
 
 
 def test_one_forecast_has_one_interval() -> None:

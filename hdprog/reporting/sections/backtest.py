@@ -16,7 +16,7 @@ from hdprog.forecast.backtest_pool import (
 )
 from hdprog.reporting.backtest_words import crossings, late_words, range_words, share_words
 from hdprog.reporting.figures.backtest_coverage import CoverageRow
-from hdprog.reporting.rounding import hours, plain, share, significant
+from hdprog.reporting.rounding import hours, share, significant
 from hdprog.reporting.sections.method import Passage
 from hdprog.reporting.sections.table import Row, Table
 from hdprog.reporting.words import capital, counted, listed, quantity, with_unit
@@ -296,11 +296,12 @@ def method(result: BacktestResult) -> list[Passage]:
             "Forecasts from one test after another share their data and the crossing that they "
             "forecast, so a dozen of them weighs less than a dozen drives. Ranges and bands take "
             "them for independent. The whole says how forecasts of these drives would have been, "
-            f"at {listed(_horizons(result)) or 'their'} horizon, not how the next drive's will be.",
+            f"as far as what came was seen{_seen(result)}, not how the next drive's will be.",
         ),
     ]
 
 
-def _horizons(result: BacktestResult) -> list[str]:
-    found = {score.seen_until for score in crossings(result.drives)}
-    return [f"a {plain(end)} h" for end in sorted(found)] if len(found) == 1 else []
+def _seen(result: BacktestResult) -> str:
+    """Where the scores end, if all at one hour: seldom the horizon that the drive declares."""
+    ends = {score.seen_until for score in crossings(result.drives)}
+    return f" (to {hours(*ends)})" if len(ends) == 1 else ""
