@@ -51,7 +51,8 @@ def against_limit(test: TestResult, limit: Limit) -> str:
     if where == "past":
         return f"{said}: past its limit, {limit.direction} {bound}, with a probability above 95 %."
     if where == "inside":
-        return f"{said}: inside its limit of {bound} with a probability above 95 %."
+        safe = f"not {limit.direction} {bound}"
+        return f"{said}: inside its limit, {safe}, with a probability above 95 %."
     at_least, at_most = probability_bounds(levels, limit)
     return (
         f"{said}: its limit of {bound} lies in that spread; the probability that it is past it "

@@ -261,13 +261,18 @@ def test_a_fit_with_limits_is_held_against_them() -> None:
     sentences = {
         limit.threshold: words(drives.single_fit(limit))[1][0] for limit in (inside, past, between)
     }
-    assert sentences[2.0].endswith("inside its limit of 2 arcmin with a probability above 95 %.")
+    assert sentences[2.0].endswith(
+        "inside its limit, not above 2 arcmin, with a probability above 95 %."
+    )
     assert sentences[0.1].endswith(
         "past its limit, above 0.1 arcmin, with a probability above 95 %."
     )
     assert sentences[between.threshold].endswith(
         "the probability that it is past it is between 5 and 25 %."
     )
+    # A width of 0.3 arcmin is not "inside 0.2 arcmin" to whoever does not know that it falls.
+    width = Limit("hysteresis_width_arcmin", 0.2, "below")
+    assert "inside its limit, not below 0.2 arcmin, with" in words(drives.single_fit(width))[1][0]
 
 
 def test_what_a_fit_finds_past_its_limit_comes_first_and_asks_to_inspect() -> None:
