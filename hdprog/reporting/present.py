@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Literal
 
 from hdprog.config import Limit
@@ -14,7 +15,7 @@ from hdprog.reporting.words import (
     threshold_words,
     with_unit,
 )
-from hdprog.results import LEVELS, TestResult
+from hdprog.results import LEVELS, TestResult, since_replaced
 
 _TOLD = ("secant_stiffness_Nm_per_rad", "hysteresis_width_arcmin", "lost_motion_arcmin")
 
@@ -76,6 +77,18 @@ def is_past(test: TestResult, limit: Limit) -> bool:
     """Whether a test's figure is past a limit with a probability above 95 %."""
     levels = test.figures.get(limit.key)
     return levels is not None and standing(levels, limit) == "past"
+
+
+def passed_at_an_event(tests: Sequence[TestResult], limit: Limit) -> str:
+    """What the test before said, where a figure passed its limit as something was done; or ""."""
+    for before, after in reversed(list(pairwise(since_replaced(tests)))):
+        levels = before.figures.get(limit.key)
+        if after.event and levels and standing(levels, limit) == "inside" and is_past(after, limit):
+            return (
+                f" Test {before.test_id}, before the drive was {after.event}, had "
+                f"{value_words(levels, limit.key)}: what was done may have taken it past, not wear."
+            )
+    return ""
 
 
 def standing(levels: Mapping[float, float], limit: Limit) -> Literal["past", "inside", "about"]:

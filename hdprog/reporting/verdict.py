@@ -12,7 +12,13 @@ from hdprog.reporting.effect_words import traced_sentences
 from hdprog.reporting.fit_names import doubtful_without_effects
 from hdprog.reporting.left_out import left_out_sentences
 from hdprog.reporting.left_structure import structure_sentences
-from hdprog.reporting.present import against_limit, condition, gravest_first, is_past
+from hdprog.reporting.present import (
+    against_limit,
+    condition,
+    gravest_first,
+    is_past,
+    passed_at_an_event,
+)
 from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.rounding import (
     hours,
@@ -214,6 +220,7 @@ def _passed(result: DriveResult, forecast: Forecast) -> str:
     return (
         f"{text}; it is {with_unit(middle, named.unit)} now (90 %: {low} to {high}), past "
         f"the limit with a probability of {percent(outlook.risk_now(forecast))}."
+        f"{passed_at_an_event(result.tests, limit)}"
     )
 
 

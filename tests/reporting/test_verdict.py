@@ -123,6 +123,21 @@ def test_a_limit_already_passed_comes_first() -> None:
     assert not any("Test again" in sentence or "between" in sentence for sentence in sentences)
 
 
+def test_what_was_done_as_a_limit_was_passed_is_told() -> None:
+    """New grease takes a width that stands for preload past its limit, without any wear."""
+    result = drives.past_limit()
+
+    def first_words(**events: str) -> str:
+        tests = (replace(one, event=events.get(one.test_id)) for one in result.tests)
+        return words(replace(result, tests=tuple(tests)))[1][0]
+
+    told = first_words(t07="regreased")
+    assert "99 %. Test t06, before the drive was regreased, had 1.8" in told
+    assert told.endswith("what was done may have taken it past, not wear.")
+    assert "may have taken" not in first_words(t06="regreased")
+    assert "may have taken" not in first_words(t07="replaced")
+
+
 def test_a_passed_limit_does_not_hide_the_next_one() -> None:
     passed = drives.past_limit()
     coming = drives.wearing(drives.SECANT)
