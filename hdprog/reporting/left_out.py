@@ -37,6 +37,20 @@ def left_out_sentences(result: DriveResult) -> list[str]:
     return said
 
 
+def gone_sentences(result: DriveResult) -> list[str]:
+    """Effects that a drive had which was replaced, and that no test of the new one shows."""
+    found, own = result.explanation, len(since_replaced(result.tests))
+    if not isinstance(found, DriveExplanation) or own == len(result.tests):
+        return []
+    sizes = {effect.id: found.amplitudes.get(effect.id) for effect in found.effects}
+    # One that a record cannot show is NaN, and not said to be gone.
+    gone = [name for name, size in sizes.items() if size is not None and not size[-own:, 2].any()]
+    if not gone:
+        return []
+    named = ["the unknown effect" if name == UNKNOWN else effect_name(name) for name in gone]
+    return [f"No test since the drive was replaced shows {listed(named, 'or')}."]
+
+
 def _sentences(
     result: DriveResult, test: TestResult, found: Mapping[str, Origin | None]
 ) -> list[str]:

@@ -10,7 +10,7 @@ import numpy as np
 from hdprog.reporting import outlook
 from hdprog.reporting.effect_words import traced_sentences
 from hdprog.reporting.fit_names import doubtful_without_effects
-from hdprog.reporting.left_out import left_out_sentences
+from hdprog.reporting.left_out import gone_sentences, left_out_sentences
 from hdprog.reporting.left_structure import structure_sentences
 from hdprog.reporting.present import (
     against_limit,
@@ -100,6 +100,7 @@ def _verdict(result: DriveResult) -> Verdict:
     sentences += left_out_sentences(result)
     if result.explanation is not None:
         sentences += traced_sentences(result.explanation)
+        sentences += gone_sentences(result)
         alone = doubtful_without_effects(result)
         if alone and result.explanation.effects:
             sentences.append(

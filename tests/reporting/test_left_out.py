@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from hdprog.explanation import DriveExplanation, Origin
+from hdprog.reporting.left_out import gone_sentences
+from hdprog.reporting.sections.warnings import warnings
 from hdprog.reporting.verdict import verdict
 from hdprog.results import DriveResult
 from tests.reporting import drives, explanations
@@ -107,3 +109,25 @@ def test_a_record_fitted_with_play_that_was_asked_for_is_told_with_it() -> None:
     assert not said(replace(result, tests=(replace(test, effects=()),)))
     (found,) = said(result)
     assert found.startswith("Backlash comes from the rig or from wear")
+
+
+def test_what_only_the_replaced_drive_had_is_said_to_be_gone() -> None:
+    """Backlash of the old drive stood in the new one's verdict as if it were there."""
+    result = explanations.of_drive()
+    found = result.explanation
+    assert isinstance(found, DriveExplanation)
+    sizes = found.amplitudes["backlash"].copy()
+
+    def told(sizes: np.ndarray, event: str | None) -> list[str]:
+        tests = (*result.tests[:-1], replace(result.tests[-1], event=event))
+        changed = replace(found, amplitudes={"backlash": sizes})
+        page = replace(result, tests=tests, explanation=changed)
+        assert set(gone_sentences(page)) <= set(warnings(page)) & set(verdict(page).sentences)
+        return gone_sentences(page)
+
+    assert told(sizes, "replaced") == []
+    sizes[-1, 1:] = 0.0
+    assert told(sizes, "replaced") == ["No test since the drive was replaced shows backlash."]
+    assert told(sizes, None) == []
+    sizes[-1, 1:] = np.nan  # a record that cannot show it
+    assert told(sizes, "replaced") == []

@@ -5,6 +5,7 @@ from __future__ import annotations
 from hdprog.reporting.declared_words import declared_words
 from hdprog.reporting.effect_words import found_words
 from hdprog.reporting.fit_names import explanations, named_warnings
+from hdprog.reporting.left_out import gone_sentences
 from hdprog.reporting.left_structure import structure_warnings
 from hdprog.reporting.number_ranges import joined, shape_of
 from hdprog.reporting.trend_words import trend_warnings
@@ -16,7 +17,7 @@ from hdprog.results import DriveResult
 def warnings(result: DriveResult) -> list[str]:
     """Warnings of the whole, of the trend and of the tests; like ones name their tests."""
     lacking = None if result.explanation is None else found_words(result.explanation)
-    found = [*([] if lacking is None else [lacking]), *result.warnings]
+    found = [*([] if lacking is None else [lacking]), *gone_sentences(result), *result.warnings]
     if result.provenance.quick:
         found.append(
             "Quick run: fewer draws were made, so that the ends of the intervals are less exact. "
