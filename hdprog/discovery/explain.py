@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hdprog.data.noise_level import quantisation_step
 from hdprog.discovery.considered import considered
 from hdprog.discovery.errors_of_fit import branch_rmse, error_figures
 from hdprog.discovery.found import EFFECT_DRAWS, found_effects
@@ -32,6 +33,7 @@ _BESIDE = replace(
     refits=1,
     most_steps=2000,
 )
+_OF_STEPS = 0.8  # of the error that is left: the steps' part from which they are most of it
 _STRAINED = 2.5  # prior standard deviations
 
 
@@ -89,6 +91,10 @@ def explain(
     requests = figure_requests(prepared.drive, prepared.operation)
     warnings = tuple(dict.fromkeys((*before.warnings, *after.warnings)))
     found = found_effects(traced, after, held_before, held_after, rng)
+    errors_before = error_figures(prepared, before.record_residual, held_before)
+    kept = prepared.loop.angle[prepared.kept]
+    if found and (remark := remark_on_steps(kept, errors_before.rmse_rad)):
+        warnings = (*warnings, remark)
     explanation = Explanation(
         test_id=test_id,
         service_hours=service_hours,
@@ -98,7 +104,7 @@ def explain(
             prepared.record_course, _kept_angle(prepared), prepared.noise_floor
         ),
         outlier_fraction=after.outlier_fraction,
-        before=error_figures(prepared, before.record_residual, held_before),
+        before=errors_before,
         after=error_figures(prepared, after.record_residual, held_after),
         branch_rmse=branch_rmse(prepared, before.record_residual, after.record_residual),
         carried_by=_carried_by(base, rng),
@@ -115,6 +121,26 @@ def explain(
         left_over=traced.left_over,
     )
     return Closed(explanation, before, after)
+
+
+def remark_on_steps(angle: FloatArray, error: float) -> str | None:
+    """Say where what was found may be the pattern of an angle's own steps.
+
+    Steps wider than the noise make errors that follow the angle, which no model of noise expects.
+
+    Parameters
+    ----------
+    angle : (samples,) as recorded, in rad
+    error : root mean square that the drive model alone leaves, in rad
+    """
+    step = quantisation_step(angle)
+    if step is None or step / np.sqrt(12.0) < _OF_STEPS * error:
+        return None
+    return (
+        f"The angle is recorded in steps of {step:.2g} rad, which make up most of the error: what "
+        "was found beside the drive model may be their pattern. Believe it where a record with "
+        "finer steps shows it, too."
+    )
 
 
 def _kept_angle(prepared: Prepared) -> FloatArray:
