@@ -313,6 +313,14 @@ def _in_words(error: ValidationError, where: str) -> BadInputError:
             "only " + ", ".join(known),
             _nearest(key, known) or "Remove it or correct its name.",
         )
+    if first["type"] == "missing" and len(path) == 1:
+        needed = (n for n, field in _SECTIONS[key].model_fields.items() if field.is_required())
+        return BadInputError(
+            f"no [{key}] table",
+            place,
+            f"[{key}] with {' and '.join(needed)}",
+            'Begin with a line [drive] and below it one such as id = "axis-3".',
+        )
     if first["type"] == "missing":
         return BadInputError(f"no {key}", place, f"{key} to be given", f"Add {key}.")
     bounds = first.get("ctx", {})

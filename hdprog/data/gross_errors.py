@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from hdprog.data.loop import Loop
-from hdprog.data.noise_level import noise_sd
+from hdprog.data.noise_level import noise_sd, quantisation_step
 
 __all__ = ["levelled"]
 
@@ -112,10 +112,19 @@ def _loaded(loop: Loop, jumping: NDArray[np.bool_], noise: tuple[float, ...]) ->
 def _straightened(
     values: NDArray[np.float64], wrong: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """A channel (samples,) with lines through its wrong readings, and which those are."""
+    """A channel (samples,) with lines through its wrong readings, and which those are.
+
+    Where the channel has steps, they stay on its levels: by levels between them it would be taken
+    for finer, and for less noisy, than it is.
+    """
     if not wrong.any() or wrong.mean() > _MOST:
         return values, np.zeros(wrong.size, dtype=bool)
     index = np.arange(values.size, dtype=np.float64)
     straight = values.copy()
-    straight[wrong] = np.interp(index[wrong], index[~wrong], values[~wrong])
+    kept = values[~wrong]
+    straight[wrong] = np.interp(index[wrong], index[~wrong], kept)
+    if quantisation_step(kept) is not None:
+        levels = np.unique(kept)
+        between = 0.5 * (levels[1:] + levels[:-1])
+        straight[wrong] = levels[np.searchsorted(between, straight[wrong])]
     return straight, wrong

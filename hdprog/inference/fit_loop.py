@@ -9,6 +9,7 @@ import numpy as np
 
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
+from hdprog.explanation import spoken_effect
 from hdprog.inference.effect_starts import effect_starts, require, search_widely
 from hdprog.inference.effective_blocks import effective_degrees
 from hdprog.inference.least_squares import kept_to_readings
@@ -221,7 +222,7 @@ _SPOKEN = {"branch": "torque in each direction", "order": "the order of the read
 
 
 def _figures_leave_out(likelihood: LoopLikelihood) -> str:
-    names = [effect.id.replace("_", " ") for effect in likelihood.effects]
+    names = [spoken_effect(effect.id) for effect in likelihood.effects]
     if (term := likelihood.noise.term) is not None:
         along = _SPOKEN.get(term.coordinate, term.coordinate.replace("_", " "))
         names.append(f"the empirical curve over {along}")

@@ -193,8 +193,8 @@ def _warnings(trend: LinearisedTrend, met: Met, distance: float) -> tuple[str, .
         said.append(f"There are {few} only{since}: {carrier} {carry} much of the forecast.")
     if replaced:
         said.append(
-            "The drive was replaced: the state starts anew there; its pace and scatter are taken "
-            "to be like those of the one before."
+            "The drive was replaced: the state starts anew there, and how far wear changes each "
+            "parameter; pace of wear and scatter are learnt from the one before, too."
         )
     if not met.sampled and (not found.converged or distance > _MOVED_ENOUGH):
         said.append(

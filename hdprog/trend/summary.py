@@ -8,6 +8,7 @@ from statistics import NormalDist
 import numpy as np
 
 from hdprog.config import Drive
+from hdprog.explanation import spoken_effect
 from hdprog.inference.priors import Prior
 from hdprog.inference.summarise import figure_requests
 from hdprog.physics.figures import FigureRequest, Operation
@@ -259,7 +260,7 @@ def _steady_share(trend: Trend, fleet: FleetPrior) -> SteadyShare | None:
 def _beside(followed: FollowedEffects | None) -> str:
     if followed is None:
         return ""
-    names = " and ".join(name.replace("_", " ") for name in followed.ids)
+    names = " and ".join(map(spoken_effect, followed.ids))
     return (
         f"; beside them the amplitude of {names}, which width, loss and lost motion over service "
         "time contain"

@@ -88,7 +88,7 @@ def test_defaults() -> None:
         (lambda c: c["drive"].update(rated_torqe_Nm=1), "Did you mean rated_torque_Nm"),
         (lambda c: c["drive"].update(idd=c["drive"].pop("id")), "the key idd.*Did you mean id"),
         (lambda c: c.update(limit=[]), "Did you mean limits"),
-        (lambda c: c.pop("drive"), "no drive"),
+        (lambda c: c.pop("drive"), r"no \[drive\] table; expected \[drive\] with id"),
         (lambda c: c["drive"].pop("id"), "no id"),
         (lambda c: c["drive"].update(id=3), "quotation marks"),
         (lambda c: c["drive"].update(id=" "), "not empty"),

@@ -9,6 +9,7 @@ import pytest
 
 from hdprog.data.gross_errors import levelled
 from hdprog.data.loop import Loop
+from hdprog.data.noise_level import quantisation_step
 from hdprog.data.turning_points import turning_points
 
 
@@ -49,6 +50,18 @@ def test_wrong_readings_are_drawn_straight(channel: str, where: list[int]) -> No
     assert np.abs(getattr(same, channel) - getattr(loop, channel)).max() < 0.05 * span
     turns = turning_points(same.torque, time=same.time)
     assert np.abs(turns - turning_points(loop.torque, time=loop.time)).max() <= 2
+
+
+def test_a_coarse_angle_keeps_its_steps() -> None:
+    """Lines through spikes ran between them: the steps passed for half as wide."""
+    loop = triangle(400, 0.3)
+    coarse = 4e-4 * np.round(loop.angle / 4e-4)
+    spoilt = coarse.copy()
+    spoilt[[30, 77, 130, 181, 222, 260, 311, 350]] += 0.02
+    same, wrong = levelled(replace(loop, angle=spoilt))
+    assert wrong.sum() == 8
+    assert np.abs(same.angle - coarse).max() < 1.5 * 4e-4
+    assert quantisation_step(same.angle) == pytest.approx(4e-4)
 
 
 def test_temperature_and_output_angle_are_drawn_straight_and_set_nothing_aside() -> None:
