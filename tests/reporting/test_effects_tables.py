@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from hdprog.reporting.bias import shifts
+from hdprog.reporting.bias import Shift, shifts
+from hdprog.reporting.sections.effects_tables import off_words
 from tests.reporting import explanations
 from tests.reporting.effects_view import said, tables
+from tests.reporting.page import spaced
 
 
 def test_errors_stand_side_by_side() -> None:
@@ -50,6 +52,16 @@ def test_evidence_alternatives_and_advice_are_said() -> None:
     )
     assert "To tell them apart: repeat the record at a second loading rate" in text
     assert "To do: hold the load for two minutes before each reading." in text
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [(-1.66, -0.5, "1.2 too low"), (1.0, -0.5, "1.5 too high"), (-0.6, -0.5, "20 % too low")],
+)
+def test_what_may_be_negative_is_off_by_so_much(before: float, after: float, words: str) -> None:
+    level = explanations.around
+    shift = Shift("c", False, before=level(before), after=level(after), deviations=5.0)
+    assert spaced(off_words(shift)) == words
 
 
 def test_parameters_of_an_effect_have_units_and_small_angles_are_in_microradian() -> None:

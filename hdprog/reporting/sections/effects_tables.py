@@ -184,7 +184,10 @@ def shift_name(shift: Shift) -> str:
 
 
 def off_words(shift: Shift) -> str:
-    """How far a quantity was off: "12 % too low"; an en dash where nothing can be said."""
+    """How far a quantity was off: "12 % too low"; an en dash where nothing can be said.
+
+    Of `c`, which may be negative, a part of itself says nothing where it is more than the whole.
+    """
     off = shift.off_by
     if off is None or not math.isfinite(off):
         return "–"
@@ -192,7 +195,9 @@ def off_words(shift: Shift) -> str:
         return f"less than 0.1{THIN_SPACE}%"
     size = abs(off)
     way = "high" if off > 0 else "low"
-    if size >= 2.0 and off > 0:
+    if size >= 1.0 and shift.key == "c" and (off < 0 or shift.after[0.50] < 0):
+        return f"{significant(abs(shift.before[0.50] - shift.after[0.50]), 2)} too {way}"
+    if size >= 2.0:
         return f"{significant(1.0 + size, 2)} times too {way}"
     return f"{significant(100.0 * size, 2)}{THIN_SPACE}% too {way}"
 
