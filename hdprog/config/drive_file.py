@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
+from hdprog.config.as_written import as_written
 from hdprog.config.drive import (
     DEFAULT_ALPHA,
     QUANTITIES,
@@ -336,4 +337,5 @@ def _in_words(error: ValidationError, where: str) -> BadInputError:
         if words
     )
     advice = _ADVICE.get(key, f"Correct {key}.")
-    return BadInputError(f"{key} = {first['input']!r}", place, expected or first["msg"], advice)
+    found = f"{key} = {as_written(first['input'])}"
+    return BadInputError(found, place, expected or first["msg"], advice)

@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails, PydanticCustomError
 
+from hdprog.config.as_written import as_written
 from hdprog.errors import BadInputError
 from hdprog.inference.priors import Prior, RecordScales, log_median
 from hdprog.physics.parameters import BY_NAME, NAMES
@@ -239,7 +240,7 @@ def _reason(detail: ErrorDetails, key: str) -> tuple[str, str, str]:
     expected = _EXPECTED.get(kind) or (
         "a number " + " and ".join(bounds) if bounds else detail["msg"].lower()
     )
-    return f"{key} = {detail['input']!r}", expected, f"Correct {key}."
+    return f"{key} = {as_written(detail['input'])}", expected, f"Correct {key}."
 
 
 def _form(key: str) -> str:

@@ -93,7 +93,7 @@ def test_defaults() -> None:
         (lambda c: c["drive"].update(id=3), "quotation marks"),
         (lambda c: c["drive"].update(id=" "), "not empty"),
         (lambda c: c["drive"].update(ratio="80"), "number without quotation"),
-        (lambda c: c["drive"].update(ratio=True), "ratio = True"),
+        (lambda c: c["drive"].update(ratio=True), "ratio = true"),
         (lambda c: c["drive"].update(rated_torque_Nm=0), "greater than 0"),
         (lambda c: c["drive"].update(rated_torque_Nm=1e300), "1e.06 or less"),
         (lambda c: c.update(forecast={"horizon_hours": 1e8}), "1e.07 or less"),
@@ -120,7 +120,7 @@ def test_defaults() -> None:
         (lambda c: c.update(select={"run": [math.nan]}), "run = nan; expected the values of the"),
         (lambda c: c.update(select={"run": math.inf}), "run = inf; expected the values of the"),
         (lambda c: c.update(select={"run": [1, {"a": 2}]}), "expected the values of the rows"),
-        (lambda c: c.update(select={"run": [True]}), "run = True; expected the values of the"),
+        (lambda c: c.update(select={"run": [True]}), "run = true; expected the values of the"),
         (lambda c: c.update(limits={"quantity": "x"}), r"\[\[limits\]\]"),
         (lambda c: c.update(drive=3), "table"),
     ],
@@ -132,6 +132,25 @@ def test_refusals_name_the_place_and_what_to_do(
     change(content)
     with pytest.raises(BadInputError, match=words):
         drive_from_mapping(content, Path("rig/drive.toml"))
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("drive.id = 2026-01-01", "id = 2026-01-01"),
+        ("drive = {id = 'x', rated_torque_Nm = true}", "rated_torque_Nm = true"),
+        (
+            "drive.id = 'x'\n[limits]\nquantity = 'preload_Nm'\nbelow = 9",
+            "limits = {quantity = 'preload_Nm', below = 9}",
+        ),
+        ("drive.id = 'x'\n[[forecast]]\nhorizon_hours = 9", "forecast = [{horizon_hours = 9}]"),
+    ],
+)
+def test_what_was_found_is_told_as_the_file_has_it(tmp_path: Path, text: str, found: str) -> None:
+    (tmp_path / "drive.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(BadInputError) as refused:
+        read_drive(tmp_path)
+    assert refused.value.found == found
 
 
 @pytest.mark.parametrize(
