@@ -64,11 +64,10 @@ def while_waiting(executor: Executor | None, function: Callable[[], None]) -> It
         yield
         return
     executor.meanwhile.append(threading.Thread(target=function, daemon=True))
-    try:
-        yield
-    finally:
-        for thread in executor.begun:
-            thread.join()
+    yield
+    # Not in a finally: who interrupts does not wait for what no longer serves anybody.
+    for thread in executor.begun:
+        thread.join()
 
 
 class _Workers(ProcessPoolExecutor):

@@ -7,6 +7,8 @@ import subprocess
 import sys
 import threading
 
+import pytest
+
 from hdprog.parallel import process_executor, while_waiting
 
 
@@ -35,6 +37,25 @@ def test_it_is_over_when_the_block_is() -> None:
         assert executor is not None
         executor.submit(os.getpid)
     assert done == [1]
+
+
+def test_an_interrupt_does_not_wait_for_it() -> None:
+    goes_on, over = threading.Event(), threading.Event()
+
+    def last() -> None:
+        goes_on.wait(timeout=10)
+        over.set()
+
+    def interrupted() -> None:
+        with process_executor(2) as executor, while_waiting(executor, last):
+            assert executor is not None
+            executor.submit(os.getpid).result()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert not over.is_set()
+    goes_on.set()
 
 
 def test_without_work_or_without_workers_it_does_not_begin() -> None:
