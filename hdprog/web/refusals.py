@@ -157,7 +157,8 @@ def _login(request: Request, error: Exception) -> Response:
     if request.method == "GET":
         address = quote(request.url.path)  # a drive's name may hold spaces; no address does
         return RedirectResponse(f"/login?next={quote(address)}", 303)
-    return RedirectResponse("/login", 303)
+    # A form is gone with the session: a bare login would pass for having done what it asked.
+    return RedirectResponse("/login?said=expired", 303)
 
 
 def _not_allowed(request: Request, error: Exception) -> Response:

@@ -51,6 +51,7 @@ _SAID = {
     "again": "The job waits for its turn again.",
     "password": "The password is changed. Log in again with the new one.",
     "out": "You are logged out.",
+    "expired": "Your session has ended: nothing of the form was done. Log in and send it again.",
     "empty": "No file was chosen. Choose one or several records first.",
     "imported": "The drive is imported.",
 }

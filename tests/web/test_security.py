@@ -12,7 +12,9 @@ from starlette.testclient import TestClient
 from hdprog.service.web_settings import WebSettings
 from hdprog.store import accounts
 from hdprog.store.audit import COMMAND_LINE, trail
+from hdprog.store.logins import close_session
 from hdprog.web.app import create_app
+from hdprog.web.security.identity import SESSION
 from tests.web.conftest import ClientOf, service_in
 from tests.web.server import PASSWORD, csrf_of, log_in, text_of
 
@@ -117,6 +119,19 @@ def test_a_login_leads_to_the_page_that_was_asked_for(app_client: TestClient, na
     said = {"csrf": csrf_of(page), "name": "viewer", "password": PASSWORD, "next": given}
     answer = client.post("/login", data=said, follow_redirects=False)
     assert unquote(answer.headers["location"]) == f"/drives/{name}"
+
+
+def test_a_form_that_outlives_its_session_is_said_to_have_done_nothing(
+    app_client: TestClient, person: ClientOf
+) -> None:
+    """A bare login followed, and then the fleet: records passed for accepted that were not."""
+    engineer = person("engineer")
+    csrf = csrf_of(engineer.get("/drives/new").text)
+    with service_in(app_client).store.writing() as session:
+        close_session(session, engineer.cookies[SESSION])
+    page = engineer.post("/drives/new", data={"csrf": csrf, "id": "too-late"})
+    assert "Your session has ended: nothing of the form was done." in text_of(page.text)
+    assert person("viewer").get("/drives/too-late").status_code == 404
 
 
 def test_wrong_passwords_are_counted_where_one_is_changed_too(app_client: TestClient) -> None:

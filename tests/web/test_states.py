@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from hdprog.store import jobs
@@ -149,3 +150,19 @@ def test_a_result_that_was_overtaken_is_said_to_be_of_before(
         assert jobs.reopen(session, COMMAND_LINE, again)
         assert jobs.finish(session, again, jobs.start(session, again), drive.analysis_id)
     assert said() == (False,) * 6
+
+
+def test_a_job_page_that_loads_itself_again_drops_what_was_said(person: ClientOf) -> None:
+    """Above "Done" a page that had brought itself up to date said that the job waits."""
+    engineer = person("engineer")
+    with service_in(engineer).store.writing() as session:
+        drive = add_sample(session, "said-once")
+        job = jobs.add_job(session, COMMAND_LINE, drive, None)
+    page = engineer.get(f"/jobs/{job.id}?said=again").text
+    assert "The job waits for its turn again." in page
+    [address] = re.findall(r'http-equiv="refresh" content="3; url=([^"]+)"', page)
+    with service_in(engineer).store.writing() as session:
+        waiting = jobs.find_job(session, job.id)
+        assert waiting is not None
+        assert jobs.finish(session, waiting, jobs.start(session, waiting), None)
+    assert "waits for its turn" not in engineer.get(address).text
