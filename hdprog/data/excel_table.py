@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import datetime
+import itertools
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
@@ -33,6 +35,8 @@ _DAMAGED = (
 
 # And where openpyxl does not know what another program wrote: a style, an empty sheet for a chart.
 _UNKNOWN_PARTS = (AttributeError, IndexError, TypeError)
+
+_LOOKED_THROUGH = 1000  # rows of a refused sheet: formulas fill a column from its top
 
 
 def read_excel_table(
@@ -63,6 +67,11 @@ def read_excel_table(
     workbook = _open(path)
     try:
         return _read(workbook, path, columns, select)
+    except BadInputError:
+        with suppress(*_DAMAGED, *_UNKNOWN_PARTS):  # past what was refused: that stands
+            if found := _not_worked_out(path):
+                raise found from None
+        raise
     except _DAMAGED as error:
         raise _unreadable(path, error) from error
     finally:
@@ -135,6 +144,33 @@ def _unreadable(path: Path, error: Exception) -> BadInputError:
         "a CSV file, gzip of it, or .xlsx",
         "Unpack the archive first, or save the sheet as CSV.",
     )
+
+
+def _not_worked_out(path: Path) -> BadInputError | None:
+    """Find a formula without a value, whose cell a reader of values takes for an empty one."""
+    import openpyxl
+    from openpyxl.utils import get_column_letter
+
+    with path.open("rb") as stream:
+        formulas = openpyxl.load_workbook(stream, read_only=True)
+        values = openpyxl.load_workbook(stream, read_only=True, data_only=True)
+        for sheet, shown in zip(formulas.worksheets, values.worksheets, strict=True):
+            sheet.reset_dimensions()
+            shown.reset_dimensions()
+            rows = zip(sheet.values, shown.values, strict=True)
+            for row, pair in enumerate(itertools.islice(rows, _LOOKED_THROUGH), start=1):
+                for column, (cell, value) in enumerate(zip(*pair, strict=True), start=1):
+                    if value is None and isinstance(cell, str) and cell.startswith("="):
+                        return BadInputError(
+                            f"the formula '{cell[:60]}' without a value, as programs write it that "
+                            "do not work it out",
+                            f"{path.name}, sheet '{sheet.title}', cell "
+                            f"{get_column_letter(column)}{row}",
+                            "formulas with their values, or numbers",
+                            "Open the workbook in a spreadsheet program and save it there, or save "
+                            "the sheet as CSV.",
+                        )
+    return None
 
 
 def _rows(values: Iterator[tuple[object, ...]]) -> Iterator[tuple[int, list[str]]]:

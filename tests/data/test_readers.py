@@ -272,6 +272,19 @@ def test_excel(tmp_path: Path) -> None:
         read_loop(path)
 
 
+def test_a_formula_that_was_not_worked_out_is_no_empty_cell(tmp_path: Path) -> None:
+    """Whoever saw numbers in the sheet was told to fill an empty cell in."""
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.append(["torque_Nm", "angle_rad"])
+    for torque, angle in zip(TORQUE.tolist(), ANGLE.tolist(), strict=True):
+        book.active.append([torque, f"={angle}*1"])
+    path = tmp_path / "loop.xlsx"
+    book.save(path)
+    with pytest.raises(BadInputError, match=r"cell B2: found the formula '=.*save it there"):
+        read_loop(path)
+
+
 @pytest.mark.parametrize("as_text", [True, False])
 def test_thousands_in_cells_of_text_are_refused(tmp_path: Path, as_text: bool) -> None:
     """The same table as CSV was refused; here 1.206 mNm stood for 1206. A number is a number."""
