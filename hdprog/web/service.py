@@ -131,7 +131,7 @@ class Service:
                         continue
                     known = find_record(session, drive, digest)
                     counted = known is not None and known.state == "accepted"
-                    doubted = self._doubt(session, drive, content, found, known)
+                    doubted = self._doubt(session, drive, content, found.quality, known)
                     test, new = add_test(
                         session,
                         actor,
@@ -194,10 +194,19 @@ class Service:
             if found.problems:
                 test.quality = with_problems(test.quality, found.problems)
                 return True
-            doubted = self._doubt(session, drive, content, found, test)
+            doubted = self._doubt(session, drive, content, found.quality, test)
             test.quality = with_reading({**found.quality, "doubt": doubted}, content)
             atomic_write_text(self.store.files.picture(test.sha256, drive.id), found.picture)
             return True
+
+    def compare_anew(self, session: Any, drive: DriveRow) -> None:
+        """Compare a drive's records once more, where one of its tests counts no longer."""
+        content = content_of(drive)
+        for state in _READ_IN_ORDER:
+            for test in list_tests(session, drive, state):
+                if is_current(test.quality, content):
+                    doubted = self._doubt(session, drive, content, test.quality, test)
+                    test.quality = {**test.quality, "doubt": doubted}
 
     def ask(self, session: Any, actor: Actor, drive: DriveRow, test: TestRow | None) -> JobRow:
         """Ask for an analysis, in the transaction of the change that makes it needed."""
@@ -244,7 +253,7 @@ class Service:
         session: Any,
         drive: DriveRow,
         content: Mapping[str, Any],
-        found: ReadOut,
+        quality: Mapping[str, Any],
         known: TestRow | None,
     ) -> str | None:
         """Compare a record with the drive's tests; one of them with those before it alone."""
@@ -256,7 +265,7 @@ class Service:
             for test in reversed(tests)
             if is_current(test.quality, content)  # another unit makes no other drive
         ]
-        return doubt(found.quality, earlier, drive_from_mapping(content))
+        return doubt(quality, earlier, drive_from_mapping(content))
 
 
 class Taken:

@@ -109,6 +109,21 @@ def test_a_known_test_is_compared_with_those_before_it(api: TestClient, loop_fil
     assert upload(api, "order", first, "1")["warnings"] == []
 
 
+def test_a_record_is_held_against_no_test_that_was_removed(
+    api: TestClient, person: ClientOf, loop_file: Path
+) -> None:
+    """Once the one with the wrong unit was gone, the right one was still asked about its units."""
+    assert api.post("/api/v1/drives", json={"drive": {"id": "taken-out"}}).status_code == 201
+    right = loop_file.read_bytes()
+    wrong = upload(api, "taken-out", right.replace(b"angle_rad", b"angle_mrad"))["test_uid"]
+    uid = upload(api, "taken-out", right, "2")["test_uid"]
+    client = person("engineer")
+    assert "Are the units of torque and angle right?" in client.get(f"/tests/{uid}").text
+    form = csrf_of(client.get("/drives/new").text)
+    client.post(f"/tests/{wrong}", data={"csrf": form, "remove": "yes"})
+    assert "Is this the right drive?" not in client.get(f"/tests/{uid}").text
+
+
 def test_another_drive_does_not_change_the_picture(
     api: TestClient, person: ClientOf, record: bytes
 ) -> None:

@@ -62,6 +62,7 @@ def _change(request: Request, who: Identity, test_id: str, texts: dict[str, str]
                 refuse_unseen(texts.get("seen", ""), facts_of(test))
                 if facts is None:
                     remove(session, who.actor, test)
+                    service.compare_anew(session, drive)
                 else:
                     accept(session, who.actor, test, facts)
                 job = service.ask(session, who.actor, drive, None)
