@@ -20,6 +20,7 @@ from hdprog.results import DriveResult
 from hdprog.service.analyse import standing
 from hdprog.store import analyses, jobs
 from hdprog.store.audit import COMMAND_LINE
+from hdprog.store.drives import change_drive, content_of, find_drive
 from hdprog.store.tables import ForecastRow
 from hdprog.store.uploads import TestFacts, add_test
 from hdprog.web.service import Service
@@ -114,6 +115,22 @@ def test_a_risk_beside_the_accepted_one_is_told_from_it(person: ClientOf) -> Non
     name = analysed(service_in(viewer), result)
     assert " 5.4 % " in section_of(text_of(viewer.get(f"/drives/{name}").text))
     assert "5.4 %" in text_of(build_fleet_index(list_of(result)))
+
+
+def test_a_shutdown_before_the_last_test_is_said_to_be_one(person: ClientOf) -> None:
+    """A dash stood there, and only the report told that the shutdown is to be set anew."""
+    result = wearing(LOST_MOTION, shutdown=None)
+    viewer = person("viewer")
+    service = service_in(viewer)
+    name = analysed(service, result)
+    with service.store.writing() as session:
+        drive = find_drive(session, name)
+        assert drive is not None
+        now = result.forecasts[0].now_hours
+        said = content_of(drive) | {"forecast": {"next_shutdown_hours": now}}
+        change_drive(session, COMMAND_LINE, drive, said)
+    page = section_of(text_of(viewer.get(f"/drives/{name}").text))
+    assert f"– {text_of(hours(now))} is not after the last test" in page
 
 
 def test_what_is_due_within_the_hour_is_due_now(person: ClientOf) -> None:
