@@ -54,6 +54,7 @@ def record_course(loop: Loop, path: TorquePath, torque_noise: float) -> Course:
             coldest=None if temperature is None else float(temperature.min()),
             warming=None if temperature is None else float(np.ptp(temperature)),
             angle_step=quantisation_step(loop.angle),
+            angle_error=channel_noise(loop.angle, loop.time),
         ),
         output_speed=speed,
     )

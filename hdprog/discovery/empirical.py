@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hdprog.discovery.model import Model
+from hdprog.discovery.model import Model, gain_over
 from hdprog.discovery.pooling import THRESHOLD, children, pooled, refitted, share
 from hdprog.discovery.unknown import TERM_PENALTY, TermGain, term_gains, with_term
 
@@ -51,9 +51,7 @@ def with_unknown(
     base, left, left_alone = (
         sum(model.misfit for model in many) for many in (bases, models, alone)
     )
-    evidence = sum(
-        one.log_evidence - other.log_evidence for one, other in zip(models, alone, strict=True)
-    )
+    evidence = sum(gain_over(other, one) for one, other in zip(models, alone, strict=True))
     poorly = (base - left) < NAMED_SHARE * (base - floor)
     beaten = evidence < -THRESHOLD and left > AS_GOOD * left_alone
     if over_threshold(own) > 0 and (beaten or (poorly and evidence < 0)):
@@ -112,6 +110,6 @@ def _with_term(
         wider = refitted(models, having, spread, with_term, own, children(rngs))
         gained = [term.gain for term in own]
         for at in having:
-            gained[at] = wider[at].log_evidence - models[at].log_evidence - TERM_PENALTY
+            gained[at] = gain_over(models[at], wider[at]) - TERM_PENALTY
         found[name] = (_above_threshold(name, gained), wider)
     return max(found.values(), key=lambda one: one[0])[1]

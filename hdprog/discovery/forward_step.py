@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hdprog.discovery.candidates import refits, refits_again
-from hdprog.discovery.model import Model
+from hdprog.discovery.model import Model, gain_over
 from hdprog.discovery.pooling import THRESHOLD, pooled
 from hdprog.discovery.unknown import TermGain, term_gains
 from hdprog.physics.effects.base import Effect
@@ -39,10 +39,7 @@ class Step:
     @property
     def gains(self) -> Mapping[str, float]:
         """Gain of log evidence of each candidate."""
-        return {
-            name: model.log_evidence - self.before.log_evidence
-            for name, model in self.models.items()
-        }
+        return {name: gain_over(self.before, model) for name, model in self.models.items()}
 
 
 def forward_steps(

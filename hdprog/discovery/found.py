@@ -9,7 +9,7 @@ import numpy as np
 from hdprog.discovery.candidates import without
 from hdprog.discovery.forward_step import Step
 from hdprog.discovery.heldout import HeldOut, elpd_difference, held_out
-from hdprog.discovery.model import Model
+from hdprog.discovery.model import Model, gain_over
 from hdprog.discovery.pooling import share
 from hdprog.discovery.search import Traced
 from hdprog.discovery.separating import indistinguishable, separating_test
@@ -80,7 +80,7 @@ def _mechanism(
         id=effect.id,
         words=effect.words,
         coordinate=None,
-        log_evidence_gain=final.log_evidence - fewer.log_evidence,
+        log_evidence_gain=gain_over(fewer, final),
         elpd_gain=elpd[0],
         elpd_se=elpd[1],
         share=share([traced.base], [fewer], [final]),
@@ -102,7 +102,7 @@ def _unknown(traced: Traced, held_after: HeldOut) -> FoundEffect:
         id=UNKNOWN,
         words="an effect that no known mechanism describes",
         coordinate=term.coordinate,
-        log_evidence_gain=final.log_evidence - fewer.log_evidence - TERM_PENALTY,
+        log_evidence_gain=gain_over(fewer, final) - TERM_PENALTY,
         elpd_gain=gain,
         elpd_se=error,
         share=share([traced.base], [fewer], [final]),

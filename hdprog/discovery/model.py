@@ -20,6 +20,10 @@ from hdprog.inference.smooth_term import SmoothTerm
 from hdprog.inference.starting_points import StartingPoint, descend, descend_all
 from hdprog.physics.parameters import FloatArray
 
+STEPS_EFFECT = 4.0
+"""Of an angle's steps: readings are worth 1/(1 + 4 s²) of themselves where steps make up a share s
+of the error's variance (a design effect). Steps wider than the noise leave errors that follow the
+angle, which neither white nor correlated noise expects; noise as wide as a step blurs them."""
 CORRELATED_PENALTY = 4.6
 """Log evidence that the two numbers of the correlated noise must earn (χ² with 2 at 1 %)."""
 
@@ -58,6 +62,18 @@ class Model:
         return log_evidence(self.likelihood, self.start)
 
     @cached_property
+    def worth(self) -> float:
+        """Of a gain of log evidence over this model: below one where its error is an angle's steps.
+
+        What a model leaves beside them is in its residual.
+        """
+        scales = self.likelihood.reduced.course.scales
+        if scales.angle_step is None:
+            return 1.0
+        error = max(scales.angle_error**2, float(np.mean(self.residual**2)))
+        return float(1.0 / (1.0 + STEPS_EFFECT * (scales.angle_step**2 / 12 / error) ** 2))
+
+    @cached_property
     def residual(self) -> FloatArray:
         """(blocks,) what mechanisms and empirical term leave, mean taken out, in rad."""
         likelihood = self.likelihood
@@ -84,6 +100,11 @@ class Model:
         white = replace(self.likelihood, noise=noise.as_white)
         found = descend(white, self.start.point)
         return self.misfit if found is None else min(self.misfit, Model(white, (found,)).misfit)
+
+
+def gain_over(simpler: Model, model: Model) -> float:
+    """Log evidence that a model gains over a simpler one of the same record."""
+    return simpler.worth * (model.log_evidence - simpler.log_evidence)
 
 
 def log_evidence(likelihood: LoopLikelihood, start: StartingPoint) -> float:

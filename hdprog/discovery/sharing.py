@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from hdprog.discovery.forward_step import Step
-from hdprog.discovery.model import Model
+from hdprog.discovery.model import Model, gain_over
 from hdprog.discovery.pooling import pooled
 from hdprog.inference.likelihood import COUNT
 from hdprog.physics.course import Scales
@@ -85,12 +85,13 @@ def gain_together(
     after : models with it; None for a test that cannot show it
     """
     pairs = [(one, two) for one, two in zip(before, after, strict=True) if two is not None]
-    gains = [two.log_evidence - one.log_evidence for one, two in pairs]
+    gains = [gain_over(one, two) for one, two in pairs]
     some = pooled(gains)
     having = [two for _, two in pairs if name in two.ids]
     if len(having) < max(len(pairs), 2):
         return some, False
-    every = sum(gains) + sharing_effect(having, name)
+    worth = float(np.mean([one.worth for one, _ in pairs]))
+    every = sum(gains) + worth * sharing_effect(having, name)
     return (every, True) if every > some else (some, False)
 
 

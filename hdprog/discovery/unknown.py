@@ -100,7 +100,7 @@ def term_gains(model: Model) -> Mapping[str, TermGain]:
             continue
         basis = basis_of(name, float(values.min()), float(values.max()), course)
         for tangent in tangents:
-            gain = tangent.evidence_with(basis) - own.without - TERM_PENALTY
+            gain = model.worth * (tangent.evidence_with(basis) - own.without) - TERM_PENALTY
             if name not in found or gain > found[name].gain:
                 found[name] = TermGain(name, gain, tangent is not own)
     return found

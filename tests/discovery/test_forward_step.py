@@ -21,7 +21,7 @@ from tests.physics.table2 import POST_TEST
 
 def look(gains: dict[str, float], free: float) -> Step:
     """A first look at a record: gains by candidate, and of an empirical term."""
-    before: Any = SimpleNamespace(log_evidence=100.0)
+    before: Any = SimpleNamespace(log_evidence=100.0, worth=1.0)
     models = {name: SimpleNamespace(log_evidence=100.0 + gain) for name, gain in gains.items()}
     terms = {"torque": SimpleNamespace(gain=free)}
     return Step(before, cast(Any, models), cast(Any, terms))

@@ -44,7 +44,7 @@ def test_its_reasons_stand_as_they_are() -> None:
 def test_of_several_tests_it_is_told_how_many_cannot_show_an_effect() -> None:
     """Creep by the timed test alone, a kinematic error by none."""
     missing: list[dict[str, tuple[str, ...]]] = [{}, {"creep": ("time",)}]
-    model = SimpleNamespace(log_evidence=0.0, ids=())
+    model = SimpleNamespace(log_evidence=0.0, worth=1.0, ids=())
     grown = SimpleNamespace(log_evidence=1.0, ids=("creep",))
     traced = [
         SimpleNamespace(

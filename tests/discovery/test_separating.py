@@ -17,7 +17,7 @@ def step(**gains: float) -> Step:
         name: SimpleNamespace(log_evidence=gain, misfit=100.0 - gain, ids=())
         for name, gain in gains.items()
     }
-    before = SimpleNamespace(log_evidence=0.0, misfit=100.0, ids=())
+    before = SimpleNamespace(log_evidence=0.0, worth=1.0, misfit=100.0, ids=())
     return cast(Step, SimpleNamespace(before=before, models=models))
 
 

@@ -147,7 +147,7 @@ def test_what_the_prior_of_another_test_cannot_have_drawn_is_not_shared() -> Non
 
 def gained(modes: Sequence[float], gains: Sequence[float], sd: float) -> tuple[float, bool]:
     count = size_of(NAME)
-    before = [cast(Model, SimpleNamespace(log_evidence=0.0)) for _ in modes]
+    before = [cast(Model, SimpleNamespace(log_evidence=0.0, worth=1.0)) for _ in modes]
     after = [
         model(2e-3, np.full(count, one), np.full(count, sd), gain)
         for one, gain in zip(modes, gains, strict=True)
@@ -170,6 +170,6 @@ def test_one_test_has_nothing_in_common() -> None:
 
 def test_tests_that_cannot_show_an_effect_do_not_count() -> None:
     count: Any = size_of(NAME)
-    before = [cast(Model, SimpleNamespace(log_evidence=0.0)) for _ in range(3)]
+    before = [cast(Model, SimpleNamespace(log_evidence=0.0, worth=1.0)) for _ in range(3)]
     shown = [model(2e-3, np.full(count, 0.5), np.full(count, 0.03), gain) for gain in (1.0, 2.0)]
     assert gain_together(NAME, before, [*shown, None]) == gain_together(NAME, before[:2], shown)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ from tests.independent.effects import EFFECTS
 from tests.independent.loops import KINDS, LoopKind, LoopRecord, random_loop, suitable_effects
 
 SEED = 47
+CLEAN = ("clean", "correlated", "stepped")
+"""Cases without an effect: white noise, noise with memory, steps of the angle beside the noise."""
 SIZES = (0.5, 1.0, 2.0, 4.0, 8.0)
 PAIR_SIZE = 4.0
 LARGEST = 4e-4
@@ -35,6 +37,9 @@ UNLISTED = tuple(name for name, effect in EFFECTS.items() if effect.identifier =
 ATTEMPTS = 4
 """Drives and programmes drawn for a loop before its size is given up."""
 
+STEP = 6.0
+"""Width of the angle's steps over the noise in a stepped loop."""
+
 _FIRST_SIZE = 2e-5
 _TRIES = 6
 _AIM = 0.03
@@ -51,7 +56,7 @@ class Case:
 
     Attributes
     ----------
-    name : "clean", "correlated", "pair", or an effect and its size: "creep@2"
+    name : "clean", "correlated", "stepped", "pair", or an effect and its size: "creep@2"
     """
 
     name: str
@@ -137,7 +142,11 @@ def _attempted(case: Case, index: int, attempt: int) -> Drawn:
         case.rng(index, _LOOP, attempt), kind, effects=sizes, correlated=case.name == "correlated"
     )
     loop, decoys = _loop(record, case.rng(index, _DECOY, attempt))
-    return Drawn(loop, kind, sizes, reached, noise_rms(record), decoys, attempt)
+    noise = noise_rms(record)
+    if case.name == "stepped":
+        step = STEP * noise
+        loop = replace(loop, angle=step * np.round(loop.angle / step))
+    return Drawn(loop, kind, sizes, reached, noise, decoys, attempt)
 
 
 def noise_rms(record: LoopRecord) -> float:

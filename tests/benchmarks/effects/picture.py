@@ -42,7 +42,7 @@ def write_picture(result: dict[str, Any], path: Path) -> None:
         axes[-1].remove()
         lower = figure.add_axes((box.x0 + _LABELS, box.y1 - 0.1, box.width - _LABELS, 0.1))
         finds = result["false_finds"]
-        rows = [(f"{key} noise", _clean(finds[name])) for key, name in _CLEAN.items()]
+        rows = [(key, _clean(finds[name])) for key, name in _CLEAN.items()]
         _panel(lower, "Clean loops, nothing to be found", rows, right=NOTHING)
         lower.set_anchor("N")
         figure.text(box.x0 + 0.01, box.y1 - 0.17, _KEY, fontsize=10.5, va="top", linespacing=1.5)
@@ -59,7 +59,7 @@ def write_picture(result: dict[str, Any], path: Path) -> None:
         aside.replace(path)
 
 
-_CLEAN = {"white": "clean", "correlated": "correlated"}
+_CLEAN = {"white noise": "clean", "correlated noise": "correlated", "wide steps": "stepped"}
 
 
 def _clean(found: dict[str, Any]) -> dict[str, int]:

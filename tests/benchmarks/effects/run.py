@@ -10,8 +10,9 @@ CSF-25-80. Every finished loop is a line of results/loops.jsonl, so that a run t
 goes on where it ended; loops that failed are tried again. Then results/summary.json,
 results/summary.md and the picture reports/guide/effects-confusion.png are made anew.
 
-Asked are numbers of loops: `--clean`, `--correlated` (clean, the noise with memory), `--per-cell`
-(of every effect and size) and `--pairs` (two effects). Any loop can be run again with `--rerun`.
+Asked are numbers of loops: `--clean`, `--correlated` (clean, the noise with memory), `--stepped`
+(clean, the angle in steps of six times the noise), `--per-cell` (of every effect and size) and
+`--pairs` (two effects). Any loop can be run again with `--rerun`.
 """
 
 from __future__ import annotations
@@ -38,7 +39,15 @@ from hdprog.inference.prior_file import read_prior_file
 from hdprog.parallel import hold_blas_to_one_thread
 from tests.benchmarks.code_state import digest, imported_by
 from tests.benchmarks.effects import Outcome, read_outcomes
-from tests.benchmarks.effects.loops import LISTED, UNLISTED, Case, NotDrawable, cases, draw
+from tests.benchmarks.effects.loops import (
+    CLEAN,
+    LISTED,
+    UNLISTED,
+    Case,
+    NotDrawable,
+    cases,
+    draw,
+)
 from tests.benchmarks.effects.picture import write_picture
 from tests.benchmarks.effects.summary import in_words, summary
 from tests.independent.effects import EFFECTS
@@ -117,7 +126,7 @@ def wanted(asked: argparse.Namespace) -> list[tuple[Case, int]]:
     chosen = asked.effects.split(",") if asked.effects else every
     if unknown := set(chosen) - set(every):
         raise SystemExit(f"no such effect: {', '.join(sorted(unknown))}; known: {', '.join(every)}")
-    counts = {Case("clean"): asked.clean, Case("correlated"): asked.correlated}
+    counts = {Case(name): getattr(asked, name) for name in CLEAN}
     counts |= {Case("pair"): asked.pairs}
     counts |= dict.fromkeys(cases(chosen), asked.per_cell)
     loops = [(case, index) for case, count in counts.items() for index in range(count)]
@@ -161,6 +170,7 @@ def main() -> None:
     for name, what in (
         ("clean", "clean loops with white noise"),
         ("correlated", "clean loops with correlated noise"),
+        ("stepped", "clean loops whose angle has steps wider than the noise"),
         ("per-cell", "loops of every effect and size"),
         ("pairs", "loops with two effects"),
     ):

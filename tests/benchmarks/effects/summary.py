@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from tests.benchmarks.effects import NOTHING, UNKNOWN, Outcome, loops
-from tests.benchmarks.effects.loops import LISTED, PAIR_SIZE, SIZES, UNLISTED, Case
+from tests.benchmarks.effects.loops import CLEAN, LISTED, PAIR_SIZE, SIZES, UNLISTED, Case
 from tests.independent.effects import EFFECTS
 
 COLUMNS = (*dict.fromkeys(EFFECTS[name].identifier for name in LISTED), UNKNOWN, NOTHING)
@@ -28,7 +28,7 @@ def summary(outcomes: Sequence[Outcome], unreadable: int = 0) -> dict[str, Any]:
         "unreadable_lines": unreadable,
         **_statuses(outcomes),
         "draws_rejected_on_the_way": sum(one.rejected for one in outcomes),
-        "false_finds": {name: _false(outcomes, name) for name in ("clean", "correlated")},
+        "false_finds": {name: _false(outcomes, name) for name in CLEAN},
         "listed_by_size": _by_size(listed, _listed),
         "listed_by_effect": {
             name: _by_size([one for one in listed if Case(one.case).effect == name], _listed)
