@@ -21,7 +21,8 @@ UNTESTED = 5
 _RANKS = {"act": 0, "plan": 2, "present": 3, "good": 4}
 _DUE, _PASSED = 1, 0
 _SENTENCE_END = re.compile(r"(?<=[.!?]) (?=[A-Z])")
-_CAVEATS = ("Not converged", "The numbers below", "There is one test only", "All tests ")
+_NO_PACE = ("There is one test only", "All tests ")
+_CAVEATS = ("Not converged", "The numbers below", *_NO_PACE)
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class FleetEntry:
     status : as the verdict has it: act, plan, good or present
     provisional : something did not converge
     label : the status in a few words
-    sentence : what to do or to expect, in one sentence
+    sentence : what to do or to expect, in one sentence; a second one where no test tells the pace
     rank : 0 is worst
     rank_hours : orders drives of one rank, lowest first
     remaining_hours : q05, q50 and q95 to the first limit; None past the horizon; empty without
@@ -135,12 +136,18 @@ def _risk_now(forecast: Mapping[str, Any]) -> float:
 
 
 def _sentence(verdict: Mapping[str, Any]) -> str:
-    """Give the first sentence that tells of the drive, rather than of its fits."""
+    """Give the first sentence that tells of the drive, and whether it rests on a pace not seen."""
     # Summaries of long ago have the text alone, where a test's name may look like an end.
     sentences = list(verdict.get("sentences") or _SENTENCE_END.split(verdict["text"]))
+    no_pace = [text for text in sentences[:-1] if text.startswith(_NO_PACE)]
     while len(sentences) > 1 and sentences[0].startswith(_CAVEATS):
         del sentences[0]
-    return tidy(sentences[0])
+    return tidy(" ".join([sentences[0], *(_shortened(text) for text in no_pace)]))
+
+
+def _shortened(no_pace: str) -> str:
+    """What a forecast from one test rests on, for a row: where its pace comes from."""
+    return no_pace.replace(", not from the drive.", ".")
 
 
 def _course(summary: Mapping[str, Any]) -> Course | None:

@@ -47,6 +47,14 @@ def test_what_did_not_converge_says_so_beside_the_sentence() -> None:
     assert not entry.sentence.startswith("Not converged")
 
 
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_row_says_that_no_test_tells_the_pace(count: int) -> None:
+    entry = fleet_entry(summary_json(drives.wearing(count=count)))
+    words = " There is one test only: how fast this drive wears comes from the prior."
+    assert entry.sentence.endswith(words) is (count == 1)
+    assert not entry.sentence.startswith("There is")
+
+
 def test_a_name_with_a_full_stop_ends_no_sentence() -> None:
     summary = summary_json(drives.not_converged())
     test = next(one["test_id"] for one in summary["tests"] if not one["converged"])
