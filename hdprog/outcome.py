@@ -219,9 +219,9 @@ def _with_draws(posterior: Posterior, seed: int, attributes: dict[str, Any]) -> 
 
 
 def _save(posterior: Posterior, seed: int, attributes: dict[str, Any], path: Path) -> None:
-    """Write a posterior as netCDF."""
+    """Write a posterior as netCDF, made in memory: HDF5 floods the screen where a disk is full."""
     draws = _with_draws(posterior, seed, attributes)
-    draws.to_netcdf(str(path), engine="h5netcdf", compress=False)
+    path.write_bytes(draws.to_datatree().to_netcdf(engine="h5netcdf"))
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import errno
+import gc
 import hashlib
 import json
+import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -226,16 +230,22 @@ def test_a_failed_write_leaves_the_old_files(
 
 
 @pytest.mark.usefixtures("short")
-def test_a_posterior_that_cannot_be_stored_leaves_no_report(
+def test_a_posterior_that_finds_no_room_leaves_nothing_and_says_so_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(*_: object, **__: object) -> None:
-        raise OSError(28, "No space left on device")
-
+    resource = pytest.importorskip("resource")
+    beside: list[object] = []
     outcome = fitted(quick=True)
-    monkeypatch.setattr("arviz.InferenceData.to_netcdf", full)
-    with pytest.raises(OSError, match="No space"):
-        outcome.write(tmp_path / "out")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    monkeypatch.setattr(sys, "unraisablehook", beside.append)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, before[1]))
+    try:
+        with pytest.raises(OSError, match=os.strerror(errno.EFBIG)):
+            outcome.write(tmp_path / "out")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    gc.collect()  # HDF5 lets go of what it could not write
+    assert beside == []
     assert list(tmp_path.iterdir()) == []
 
 
