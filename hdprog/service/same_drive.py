@@ -9,6 +9,7 @@ from hdprog.config import Drive
 from hdprog.inference.catalogue import find_gear
 from hdprog.reporting.rounding import significant
 
+_QUESTION = "Is this the right drive?"
 _TELLING = 0.20
 _LIKE_TORQUE = 0.20  # tests to other torques have another secant stiffness by nature
 
@@ -44,6 +45,11 @@ def doubt(
     return _words(stiffness / expected, f"from the catalogue's for {drive.model}", 0.5)
 
 
+def without_question(words: str) -> str:
+    """What makes one doubt, of a record that somebody has answered for."""
+    return words.removeprefix(f"{_QUESTION} ")
+
+
 def _span(quality: Mapping[str, Any]) -> float:
     return float(quality["torque_max"]) - float(quality["torque_min"])
 
@@ -53,6 +59,6 @@ def _words(ratio: float, compared: str, telling: float = _TELLING) -> str | None
         return None
     like = 0.5 < ratio < 2.0  # beyond, per cent say little: of a wrong unit they make -100 %
     by = f"{100 * (ratio - 1.0):+.0f} %" if like else f"a factor of {significant(ratio)}"
-    return f"Is this the right drive? The stiffness of this record differs by {by} {compared}." + (
+    return f"{_QUESTION} The stiffness of this record differs by {by} {compared}." + (
         "" if like else " Are the units of torque and angle right?"
     )

@@ -6,7 +6,7 @@ import re
 import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from datetime import date
+from datetime import date, datetime
 from pathlib import PurePosixPath, PureWindowsPath
 from typing import Any
 
@@ -18,9 +18,11 @@ from hdprog.data.tests_table import EVENTS
 from hdprog.errors import BadInputError
 from hdprog.store.audit import Actor, note
 from hdprog.store.tables import DriveRow, EventRow, TestRow
+from hdprog.store.tables.base import now
 
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")  # but for tabs and line breaks
 _LABEL = re.compile(r"[\w+\-][\w+\-. ]{0,99}")
+_RIGHT_DRIVE = "right_drive"  # of a read-out that made one doubt it: who said so, and when
 _MOST_LABEL_BYTES = 200  # files are named after it, and a name has 255 with what is added to it
 
 
@@ -115,7 +117,7 @@ def add_test(
     known = find_record(session, drive, sha256)
     if known is not None:
         # The columns may have been named otherwise since: what was read now is what holds.
-        known.quality, known.file_name = dict(quality), readable_name(file_name)
+        known.quality, known.file_name = renewed(known, quality), readable_name(file_name)
         if known.state == "accepted" or not accepted:
             if known.state == "removed":
                 known.state = "preview"
@@ -237,8 +239,17 @@ def said_otherwise(test: TestRow, facts: TestFacts) -> tuple[str, ...]:
     return tuple(name for name, (held, said) in both.items() if said is not None and said != held)
 
 
-def accept(session: Session, actor: Actor, test: TestRow, facts: TestFacts) -> None:
+def accept(
+    session: Session, actor: Actor, test: TestRow, facts: TestFacts, *, right_drive: bool = False
+) -> None:
     """Let a record count, with what the user says of it, or correct what was said of one that does.
+
+    Parameters
+    ----------
+    session, actor : of the change
+    test : the record
+    facts : what the user says
+    right_drive : the user says that it is this drive's, which its stiffness made one doubt
 
     Raises
     ------
@@ -253,8 +264,24 @@ def accept(session: Session, actor: Actor, test: TestRow, facts: TestFacts) -> N
     if test.state == "accepted":
         note(session, actor, "test changed", subject, before=before, after=said)
     else:
+        if right_drive:
+            answer = {"by": actor.name, "at": now().isoformat(timespec="seconds")}
+            test.quality = {**test.quality, _RIGHT_DRIVE: answer}
+            said[_RIGHT_DRIVE] = "yes"
         note(session, actor, "test accepted", subject, **said)
     test.state = "accepted"
+
+
+def renewed(test: TestRow, quality: Mapping[str, Any]) -> dict[str, Any]:
+    """Give a new read-out of a record, with what a person said of the record itself."""
+    said = test.quality.get(_RIGHT_DRIVE)
+    return {**quality, _RIGHT_DRIVE: said} if said else dict(quality)
+
+
+def right_drive_said(test: TestRow) -> tuple[str, datetime] | None:
+    """Who said that a doubtful record is its drive's, and when; None where nobody was asked."""
+    answer = test.quality.get(_RIGHT_DRIVE)
+    return None if answer is None else (answer["by"], datetime.fromisoformat(answer["at"]))
 
 
 def _written(facts: TestFacts) -> dict[str, Any]:

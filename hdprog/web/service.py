@@ -34,6 +34,8 @@ from hdprog.store.uploads import (
     list_tests,
     readable_name,
     refresh_counts,
+    renewed,
+    right_drive_said,
 )
 from hdprog.web.lookup import drive_named
 
@@ -153,7 +155,8 @@ class Service:
                     # Last: what is refused leaves no file, what is written down has its own.
                     self.store.files.keep(incoming, digest)
                     atomic_write_text(self.store.files.picture(digest, drive.id), found.picture)
-                    return Taken(test, job, new, doubted)
+                    asked = None if right_drive_said(test) else doubted
+                    return Taken(test, job, new, asked)
         finally:
             incoming.unlink(missing_ok=True)
 
@@ -195,7 +198,8 @@ class Service:
                 test.quality = with_problems(test.quality, found.problems)
                 return True
             doubted = self._doubt(session, drive, content, found.quality, test)
-            test.quality = with_reading({**found.quality, "doubt": doubted}, content)
+            read = with_reading({**found.quality, "doubt": doubted}, content)
+            test.quality = renewed(test, read)
             atomic_write_text(self.store.files.picture(test.sha256, drive.id), found.picture)
             return True
 
@@ -276,7 +280,7 @@ class Taken:
     test : that it became, or was already
     job : that was asked for, None while it waits for a person to look
     new : it was not there before
-    doubt : why it may be another drive's
+    doubt : why it may be another drive's, unless a person said that it is not
     """
 
     def __init__(self, test: TestRow, job: JobRow | None, new: bool, doubt: str | None) -> None:

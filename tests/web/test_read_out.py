@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 from starlette.testclient import TestClient
 
-from hdprog.store.audit import COMMAND_LINE
+from hdprog.store.audit import COMMAND_LINE, trail
 from hdprog.store.drives import change_drive, find_drive
+from hdprog.store.tables import AuditRow
 from hdprog.store.uploads import find_test
 from tests.web.conftest import ClientOf, service_in
 from tests.web.server import csrf_of, text_of
@@ -124,6 +126,36 @@ def test_a_record_is_held_against_no_test_that_was_removed(
     assert "Is this the right drive?" not in client.get(f"/tests/{uid}").text
 
 
+def test_what_a_person_answered_is_not_asked_again(
+    api: TestClient, person: ClientOf, record: bytes
+) -> None:
+    make(api, "answered", RAD)
+    upload(api, "answered", record)
+    head, *rows = record.decode().splitlines()
+    softer = [",".join([*row.split(",")[:2], str(1.5 * float(row.split(",")[2]))]) for row in rows]
+    second = "\n".join([head, *softer]).encode()
+    client = person("engineer")
+    uid = waits(client, "answered", second)
+    assert "Is this the right drive?" in client.get(f"/tests/{uid}").text
+    assert accepting(client, "answered", uid).status_code == 422
+    assert accepting(client, "answered", uid, **{f"{uid}-sure": "on"}).status_code == 303
+    for _ in range(2):
+        words = text_of(client.get(f"/tests/{uid}").text)
+        assert "Is this the right drive?" not in words
+        assert "33 % from that of test" in words
+        assert "That it is the right drive was said by engineer on 20" in words
+        assert upload(api, "answered", second, "123.5")["warnings"] == []
+    [line] = (one for one in trail_of(api) if one.details.get("right_drive"))
+    assert (line.action, line.actor) == ("test accepted", "engineer")
+    assert api.put("/api/v1/drives/answered", json=declared("answered", MRAD)).status_code == 200
+    assert "was said by engineer" in client.get(f"/tests/{uid}").text
+
+
+def trail_of(api: TestClient) -> Sequence[AuditRow]:
+    with service_in(api).store.reading() as session:
+        return trail(session)
+
+
 def test_another_drive_does_not_change_the_picture(
     api: TestClient, person: ClientOf, record: bytes
 ) -> None:
@@ -224,9 +256,9 @@ def waits(client: TestClient, name: str, record: bytes, called: str = "a.csv") -
     return page.split('<h2 id="')[-1].split('"')[0]
 
 
-def accepting(client: TestClient, name: str, uid: str) -> Any:
+def accepting(client: TestClient, name: str, uid: str, **more: str) -> Any:
     form = csrf_of(client.get("/drives/new").text)
-    said = {"csrf": form, f"{uid}-service_hours": "123.5"}
+    said = {"csrf": form, f"{uid}-service_hours": "123.5", **more}
     return client.post(f"/drives/{name}/uploads/accept", data=said, follow_redirects=False)
 
 

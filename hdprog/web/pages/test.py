@@ -10,10 +10,11 @@ from starlette.concurrency import run_in_threadpool
 from starlette.responses import RedirectResponse, Response
 
 from hdprog.errors import BadInputError
+from hdprog.service.same_drive import without_question
 from hdprog.store import analyses, jobs
 from hdprog.store.drives import content_of
 from hdprog.store.readings import is_current
-from hdprog.store.uploads import accept, facts_of, remove
+from hdprog.store.uploads import accept, facts_of, remove, right_drive_said
 from hdprog.web.facts import read_facts
 from hdprog.web.lookup import test_named, test_to_change
 from hdprog.web.names import TestName
@@ -91,6 +92,9 @@ def _page(
         drive = test.drive
         content = content_of(drive)
         fit = analyses.newest_fit(session, drive, test)
+        stale = not is_current(test.quality, content)
+        doubt = None if stale else test.quality.get("doubt")
+        answer = None if test.state == "preview" else right_drive_said(test)
         context = {
             "test": test,
             "drive": drive,
@@ -99,7 +103,9 @@ def _page(
             "problem": problem,
             "texts": texts,
             "seen": texts.get("seen") or seen(facts_of(test)),
-            "stale": not is_current(test.quality, content),
+            "stale": stale,
+            "doubt": without_question(doubt) if doubt and answer else doubt,
+            "answer": answer,
             "has_picture": service.store.files.find_picture(test.sha256, drive.id) is not None,
         }
     status = status if problem else 200

@@ -154,7 +154,7 @@ def _accept_one(
         doubt = test.quality.get("doubt")
         if doubt and f"{test.uid}-sure" not in texts:
             return f"{doubt} Tick the box if it is, or discard the record."
-        accept(session, who.actor, test, facts)
+        accept(session, who.actor, test, facts, right_drive=bool(doubt))
     except BadInputError as error:
         return str(error)
     return None
