@@ -6,6 +6,7 @@ import builtins
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,11 @@ def needs_pdf() -> None:
 def test_the_pdf_has_the_words_of_the_report(tmp_path: Path) -> None:
     needs_pdf()
     report = tmp_path / "report.html"
-    report.write_text(build_report(wearing()), "utf-8")
+    result = wearing()
+    effects = {"blocks": 460.0, "evaluations": 80_352.0, "pareto_k": 0.98}
+    effects["weighted_draws_effective"] = 62.0
+    told = [replace(one, diagnostics=one.diagnostics | effects) for one in result.tests]
+    report.write_text(build_report(replace(result, tests=tuple(told))), "utf-8")
     path = write_pdf(report)
     assert path == tmp_path / "report.pdf"
     content = path.read_bytes()
@@ -40,6 +45,7 @@ def test_the_pdf_has_the_words_of_the_report(tmp_path: Path) -> None:
     words = re.sub(r"\s+", " ", text)
     for wanted in ("Remaining life", "Trend of each limited figure", "Provenance"):
         assert wanted in words
+    assert "their weights" in words  # the last of many columns, which lay beside the paper
     sizes = subprocess.run(
         ["pdfinfo", str(path)], capture_output=True, text=True, check=True
     ).stdout
