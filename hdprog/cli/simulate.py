@@ -25,7 +25,13 @@ def simulate(
     out: Annotated[Path, typer.Option("--out", help="Drive folder to make.")],
     tests: Annotated[int, typer.Option("--tests", min=1, help="Number of tests.")] = 10,
     hours: Annotated[
-        float, typer.Option("--hours", min=0.0, max=1e7, help="Service hours at the last test.")
+        float,
+        typer.Option(
+            "--hours",
+            min=0.0,
+            max=1e7,
+            help="Service hours at the last of several tests; the first is at 0.",
+        ),
     ] = 900.0,
     wear: Annotated[Wear, typer.Option("--wear", help="How the drive fares.")] = Wear.WEARING,
     cycles: Annotated[int, typer.Option("--cycles", min=1, help="Loading cycles a test.")] = 3,

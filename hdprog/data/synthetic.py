@@ -166,7 +166,7 @@ def write_drive_folder(
     out : folder to write; files in it are replaced
     seed : of everything random
     scenario : a name in `SCENARIOS`
-    tests, hours : number of tests, and service hours of the last
+    tests, hours : number of tests, and service hours of the last of several; the first is at 0
     cycles, samples, max_torque_Nm, one_sided : the loop of each test
     command : that asked for it
     effects : ids of effects to add in every test; nothing else random changes with them
@@ -186,7 +186,7 @@ def write_drive_folder(
         raise UsageError(
             f"--max-torque, --samples: found {max_torque_Nm:g} Nm and {samples} samples for "
             f"{cycles} cycles; expected {_LEAST_TORQUE:g} to {_LARGEST_TORQUE:g} Nm and 20 samples "
-            "a cycle or more"
+            "a cycle or more. Change the one that is out of it, or ask for fewer --cycles."
         )
     chosen = chosen_effects(effects, cycles=cycles, one_sided=one_sided)
     _require_no_drive_of_others(out)
