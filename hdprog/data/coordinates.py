@@ -36,6 +36,7 @@ def record_course(loop: Loop, path: TorquePath, torque_noise: float) -> Course:
         noise = channel_noise(loop.output_angle, loop.time)
         speed = loading_rate(loop.output_angle, loop.time, path.starts, noise)
     temperature = None if loop.temperature is None else denoised(loop.temperature)
+    step = quantisation_step(loop.angle)
     return Course(
         path=path,
         order=np.linspace(0.0, 1.0, count),
@@ -53,8 +54,8 @@ def record_course(loop: Loop, path: TorquePath, torque_noise: float) -> Course:
             output_middle=None if loop.output_angle is None else float(loop.output_angle.mean()),
             coldest=None if temperature is None else float(temperature.min()),
             warming=None if temperature is None else float(np.ptp(temperature)),
-            angle_step=quantisation_step(loop.angle),
-            angle_error=channel_noise(loop.angle, loop.time),
+            angle_step=step,
+            angle_error=None if step is None else channel_noise(loop.angle, loop.time),
         ),
         output_speed=speed,
     )

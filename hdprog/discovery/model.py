@@ -68,7 +68,7 @@ class Model:
         What a model leaves beside them is in its residual.
         """
         scales = self.likelihood.reduced.course.scales
-        if scales.angle_step is None:
+        if scales.angle_step is None or scales.angle_error is None:
             return 1.0
         error = max(scales.angle_error**2, float(np.mean(self.residual**2)))
         return float(1.0 / (1.0 + STEPS_EFFECT * (scales.angle_step**2 / 12 / error) ** 2))

@@ -26,7 +26,7 @@ class Scales:
         where it was not recorded
     coldest, warming : lowest temperature and its range in °C, None where it was not recorded
     angle_step : resolution of the angle's readings in rad; None where none shows
-    angle_error : standard deviation of their error that the record itself shows, in rad
+    angle_error : standard deviation of their error beside such steps, these included, in rad
     readings : number of values along the record, which bounds what frequency can be seen
     """
 
@@ -40,7 +40,7 @@ class Scales:
     coldest: float | None = None
     warming: float | None = None
     angle_step: float | None = None
-    angle_error: float = 0.0
+    angle_error: float | None = None
 
 
 @dataclass(frozen=True)
