@@ -12,7 +12,8 @@ from typing import Literal
 import numpy as np
 
 from hdprog.errors import BadInputError
-from hdprog.physics.parameters import NAMES, FloatArray, Parameters, in_support
+from hdprog.physics.parameters import FloatArray, Parameters
+from hdprog.physics.predict_arguments import checked_alpha, checked_draws
 from hdprog.physics.torque_path import TorquePath
 
 ToothMesh = Literal["continuum", "as_printed"]
@@ -263,26 +264,21 @@ def predict(
         T_i [Nm], mu [-]; scalars, or (draws,) arrays
     alpha : gear-tooth angle in rad
     tooth_mesh : "continuum" (the integral of dT/K_T) or "as_printed" (the sum of eq. 19)
-    initial_slip : y before the first sample, clipped to the envelope like every other
+    initial_slip : y before the first sample, clipped to the envelope like every other; a scalar,
+        or a (draws,) array
 
     Returns
     -------
-    (samples,) torsion angle in rad, or (draws, samples) if a parameter is an array
+    (samples,) torsion angle in rad, or (draws, samples) if a parameter or the slip is an array
 
     Raises
     ------
     BadInputError
-        if a parameter is missing or outside the hard support, torque is not a finite series, or
-        initial_slip is no number
+        if a parameter is missing or outside the hard support, arrays do not belong to the same
+        draws, torque is not a finite series, alpha is no angle in rad between 0 and a right angle,
+        or initial_slip is no number
     """
-    missing = [name for name in NAMES if name not in parameters]
-    if missing:
-        raise BadInputError(
-            found="parameters without " + ", ".join(missing),
-            where="argument parameters",
-            expected="all of " + ", ".join(NAMES),
-            advice="add the missing ones, in SI units",
-        )
+    alpha = checked_alpha(alpha, "argument alpha")
     if tooth_mesh not in ("continuum", "as_printed"):
         raise BadInputError(
             found=f"tooth_mesh={tooth_mesh!r}",
@@ -290,23 +286,7 @@ def predict(
             expected='"continuum" or "as_printed"',
             advice="choose one of the two forms",
         )
-    values = {name: np.asarray(parameters[name], dtype=np.float64) for name in NAMES}
-    if not in_support(values, alpha).all():
-        raise BadInputError(
-            found="parameter values outside the model's support: "
-            + ", ".join(f"{name}={values[name]}" for name in NAMES if values[name].ndim == 0),
-            where="argument parameters",
-            expected="stiffnesses > 0, a, T_T, T_i >= 0, c < 0, 0 < mu < min(tan alpha, cot alpha)"
-            " and sin alpha + mu (cos alpha + c) > 0",
-            advice="check signs and units",
-        )
-    if np.isnan(initial_slip).any():
-        raise BadInputError(
-            found="initial_slip that is no number",
-            where="argument initial_slip",
-            expected="the slip y before the first sample",
-            advice="pass a number, or leave it out for 0",
-        )
-    angle = torsion_angle(TorquePath.exact(torque), values, alpha, tooth_mesh, initial_slip)
-    single = all(value.ndim == 0 for value in values.values()) and np.ndim(initial_slip) == 0
-    return angle[0] if single else angle
+    values, before = checked_draws(parameters, initial_slip, alpha)
+    path = TorquePath.exact(torque)
+    angle = torsion_angle(path, values, alpha, tooth_mesh, before.ravel())
+    return angle[0] if before.ndim == 0 else angle

@@ -75,7 +75,15 @@ class TorquePath:
         BadInputError
             if torque is not a one-dimensional finite series
         """
-        values = np.ascontiguousarray(torque, dtype=np.float64)
+        try:
+            values = np.ascontiguousarray(torque, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise BadInputError(
+                found=f"a torque history that is not all numbers ({error})",
+                where="argument torque",
+                expected="a non-empty one-dimensional series of finite numbers in Nm",
+                advice="convert the values to numbers first",
+            ) from error
         if values.ndim != 1 or values.size == 0 or not np.isfinite(values).all():
             raise BadInputError(
                 found=f"a torque history of shape {values.shape}"

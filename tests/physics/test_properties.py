@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -187,3 +188,37 @@ def test_shapes() -> None:
     assert predict(torque, many).shape == (3, 7)
     path = TorquePath.exact(torque)
     assert torsion_angle(path, many, ALPHA).shape == (3, 7)
+
+
+def test_predict_takes_numbers_beside_arrays_of_draws() -> None:
+    torque = np.array([0.0, 40.0, 63.0, 10.0, -63.0, 5.0])
+    mu, slips = np.array([0.05, 0.076]), np.array([0.0, 1e-4])
+    one_by_one = [predict(torque, {**POST_TEST, "mu": float(value)}) for value in mu]
+    np.testing.assert_array_equal(predict(torque, {**POST_TEST, "mu": mu}), one_by_one)
+    started = [predict(torque, POST_TEST, initial_slip=float(slip)) for slip in slips]
+    np.testing.assert_array_equal(predict(torque, POST_TEST, initial_slip=slips), started)
+    # As a posterior has them: ensemble, walker, step.
+    stored = {**POST_TEST, "mu": mu.reshape(1, 2, 1)}
+    np.testing.assert_array_equal(predict(torque, stored), one_by_one)
+    with pytest.raises(BadInputError, match=r"mu of shape \(2,\), initial_slip of shape \(3,\)"):
+        predict(torque, {**POST_TEST, "mu": mu}, initial_slip=np.zeros(3))
+    with pytest.raises(BadInputError, match=r"support in draw 2: .* mu=-0\.05;"):
+        predict(torque, {**POST_TEST, "mu": [0.05, -0.05]})
+
+
+@pytest.mark.parametrize("alpha", [30, 45, 20.0, 0.0, -0.5, math.nan, None, "pi/6"])
+def test_predict_refuses_a_tooth_angle_that_is_not_in_radians(alpha: Any) -> None:
+    """45 and 20 degrees, taken for radians, have a sine and a cosine that pass for an angle's."""
+    with pytest.raises(BadInputError, match=r"argument alpha: .* in rad"):
+        predict(np.array([0.0, 1.0]), POST_TEST, alpha=alpha)
+
+
+def test_predict_says_what_is_no_number() -> None:
+    wrong: Any
+    for wrong, name in (("soft", "mu of type str"), ({}, "mu of type dict")):
+        with pytest.raises(BadInputError, match=name):
+            predict(np.array([0.0, 1.0]), {**POST_TEST, "mu": wrong})
+    with pytest.raises(BadInputError, match=r"torque: found .* not all numbers"):
+        predict(["much"], POST_TEST)  # type: ignore[arg-type]
+    with pytest.raises(BadInputError, match="without K_F, K_W"):
+        predict(np.array([0.0, 1.0]), None)  # type: ignore[arg-type]
