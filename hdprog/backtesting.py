@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from hdprog.arguments import as_path, checked_seed
 from hdprog.data.drive_folder import DriveFolder, files_of, read_drive_folder, read_test_loop
 from hdprog.data.loop import Loop
 from hdprog.data.truth_file import Truth, read_truth
@@ -97,10 +98,14 @@ def backtest(
 
     Raises
     ------
+    UsageError
+        for what is no path or no seed
     BadInputError
         for a drive folder that cannot be used, or where none below a folder can
     """
-    path, started = Path(path), time.perf_counter()
+    path = as_path(path, "path", "the path of a drive folder, or of a folder with some below it")
+    seed = checked_seed(seed)
+    started = time.perf_counter()
     hold_blas_to_one_thread()
     read: list[_ReadDrive] = []
     left_out: list[tuple[str, str]] = []

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from hdprog.arguments import randomness, require_read
 from hdprog.comparison.curves import SteadyCycle
 from hdprog.comparison.fitted import fit_model
 from hdprog.comparison.ranking import ranked
@@ -97,14 +98,16 @@ def compare(
 
     Raises
     ------
+    UsageError
+        for a path where what was read of it belongs, or what is no generator or seed
     BadInputError
         for a prior that does not exist
     """
+    require_read(loop, drive)
+    rng, recorded = randomness(rng, seed)
     started = time.perf_counter()
     hold_blas_to_one_thread()
     drive = Drive.default() if drive is None else drive
-    recorded = seed if rng is None else None
-    rng = np.random.default_rng(seed) if rng is None else rng
     prepared = prepare(loop, drive, rng)
     cycle = SteadyCycle.of(prepared.record_course, prepared.operation.reference_torque)
     reasons = {model.id: model.missing(prepared.record_course) for model in MODELS}

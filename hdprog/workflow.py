@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from hdprog.arguments import as_path, checked_seed, randomness, require_ids, require_read
 from hdprog.config import Drive
 from hdprog.data.drive_folder import files_of, read_drive_folder, read_test_loop
 from hdprog.data.finished_runs import read_finished_runs
@@ -91,20 +92,20 @@ def fit(
     Raises
     ------
     UsageError
-        for an effect or a method that does not exist, effects beside the paper's method, or a
-        path where what was read of it belongs
+        for an effect or a method that does not exist, effects beside the paper's method, a path
+        where what was read of it belongs, or what is no generator or seed
     BadInputError
         for a prior that does not exist, an effect that the record cannot show, or a record that
         the paper's identification cannot be used on
     """
-    _require_read(loop, drive)
+    require_read(loop, drive)
+    require_ids(effects)
     chosen = effects_named(effects)
     _require_method(method, chosen)
+    rng, recorded = randomness(rng, seed)
     started = time.perf_counter()
     hold_blas_to_one_thread()
     drive = Drive.default() if drive is None else drive
-    recorded = seed if rng is None else None
-    rng = np.random.default_rng(seed) if rng is None else rng
     paper = identify_record(loop, drive) if method == "paper" else None
     with process_executor() as executor, while_waiting(executor, import_for_writing):
         posterior = fit_loop(
@@ -171,22 +172,24 @@ def explain(
     Raises
     ------
     UsageError
-        for a drive or a generator beside a drive folder, or a path where what was read of it
-        belongs
+        for a drive or a generator beside a drive folder, a path where what was read of it
+        belongs, or what is no generator or seed
     BadInputError
         for anything that cannot be used
     """
-    if isinstance(loop, Loop) or Path(loop).is_file():
-        _require_read(loop, drive)
+    if not isinstance(loop, Loop):
+        loop = as_path(loop, "loop", "a record that was read, or a drive folder's path")
+    of_record = isinstance(loop, Loop) or loop.is_file()
+    if of_record or (drive is not None and not loop.is_dir()):
+        require_read(loop, drive)
     if not isinstance(loop, Loop):
         _require_folder_alone(drive, rng)
         whole = run(loop, seed=seed, quick=quick, workers=workers, progress=progress)
         return ExplainOutcome(whole.result, whole.posteriors, whole.single)
+    rng, recorded = randomness(rng, seed)
     started = time.perf_counter()
     hold_blas_to_one_thread()
     drive = Drive.default() if drive is None else drive
-    recorded = seed if rng is None else None
-    rng = np.random.default_rng(seed) if rng is None else rng
     plan = QUICK if quick else FULL
     prepared = prepare(loop, drive, rng)
     with process_executor(workers) as executor, while_waiting(executor, import_for_writing):
@@ -211,20 +214,6 @@ def explain(
         explanation=closed.explanation,
     )
     return ExplainOutcome(result, (closed.after,), single=True)
-
-
-def _require_read(loop: object, drive: object) -> None:
-    """Refuse paths of files, which the readers take."""
-    if not isinstance(loop, Loop):
-        raise UsageError(
-            f"loop: found {str(loop)!r}, expected a record that was read. Give what "
-            "hdprog.read_loop makes of the file."
-        )
-    if not isinstance(drive, Drive | None):
-        raise UsageError(
-            f"drive: found {str(drive)!r}, expected a drive that was read. Give what "
-            "hdprog.read_drive makes of the file."
-        )
 
 
 def _require_folder_alone(drive: Drive | None, rng: np.random.Generator | None) -> None:
@@ -269,7 +258,7 @@ def run(
     Raises
     ------
     UsageError
-        for a load that cannot be
+        for a load or a seed that cannot be
     BadInputError
         for anything in the folder that cannot be used, or a fleet without a finished run
     """
@@ -277,8 +266,8 @@ def run(
     from hdprog.outlook_of_drive import begin_beside, begin_outlook, effects_to_follow
     from hdprog.trend.wear_prior import read_wear_prior
 
-    _require_loads(loads)
-    folder = read_drive_folder(Path(path))
+    loads, seed = _checked_loads(loads), checked_seed(seed)
+    folder = read_drive_folder(as_path(path, "path", "a drive folder's path"))
     wear_prior, others = read_wear_prior(), None
     if fleet is not None:
         others = read_finished_runs(
@@ -349,13 +338,21 @@ def run(
     return Outcome(result, posteriors, single=False)
 
 
-def _require_loads(loads: Sequence[float]) -> None:
-    wrong = [load for load in loads if not _LEAST_LOAD <= load <= _MOST_LOAD]
+def _checked_loads(loads: Sequence[float]) -> tuple[float, ...]:
+    try:
+        values = tuple(float(load) for load in loads)
+    except (TypeError, ValueError) as error:
+        raise UsageError(
+            f"loads: found {loads!r}, expected numbers in a tuple or a list. Write loads=(0.8,) "
+            "for 80 %."
+        ) from error
+    wrong = [load for load in values if not _LEAST_LOAD <= load <= _MOST_LOAD]
     if wrong:
         raise UsageError(
             f"--load: found {', '.join(f'{load:g}' for load in wrong)}, expected torque to come "
             f"over torque so far, from {_LEAST_LOAD:g} to {_MOST_LOAD:g}. Give 0.8 for 80 %."
         )
+    return values
 
 
 def _remaining(forecasts: tuple[Forecast, ...]) -> dict[float, float | None] | None:

@@ -23,7 +23,7 @@ DriveFolder = Annotated[
     Path,
     typer.Argument(metavar="DRIVE_DIR", help="A folder with drive.toml, tests.csv and loops/."),
 ]
-LARGEST_SEED = 2**63 - 1  # the largest that a posterior.nc can hold
+LARGEST_SEED = 2**63 - 1  # as `hdprog.arguments` has it, which imports the numerics
 Seed = Annotated[
     int,
     typer.Option(

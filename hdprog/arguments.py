@@ -1,0 +1,119 @@
+"""Arguments of the Python API that cannot be meant: refused with words before the work."""
+
+from __future__ import annotations
+
+import operator
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from hdprog.config import Drive
+from hdprog.data.loop import Loop
+from hdprog.errors import UsageError
+
+LARGEST_SEED = 2**63 - 1  # the largest that a posterior.nc can hold
+
+
+def require_read(loop: object, drive: object) -> None:
+    """Refuse paths of files, which the readers take, and whatever else was not read.
+
+    Raises
+    ------
+    UsageError
+        so they are
+    """
+    if not isinstance(loop, Loop):
+        raise UsageError(
+            f"loop: found {_shown(loop)}, expected a record that was read. Give what "
+            "hdprog.read_loop makes of the file, or hdprog.Loop of arrays."
+        )
+    if not isinstance(drive, Drive | None):
+        raise UsageError(
+            f"drive: found {_shown(drive)}, expected a drive that was read. Give what "
+            "hdprog.read_drive makes of the file."
+        )
+
+
+def as_path(given: object, name: str, expected: str) -> Path:
+    """A path that was given as text or as a path.
+
+    Raises
+    ------
+    UsageError
+        for anything else
+    """
+    if isinstance(given, str | os.PathLike):
+        return Path(given)
+    raise UsageError(
+        f"{name}: found {_shown(given)}, expected {expected}. Give a path as text or as a "
+        "pathlib.Path."
+    )
+
+
+def randomness(
+    rng: np.random.Generator | None, seed: int | None
+) -> tuple[np.random.Generator, int | None]:
+    """Source of randomness, and the seed to record: None where that would not repeat it.
+
+    Raises
+    ------
+    UsageError
+        for what is no generator or no seed
+    """
+    if rng is None and seed is None:
+        return np.random.default_rng(), None
+    if rng is None:
+        seed = checked_seed(seed)
+        return np.random.default_rng(seed), seed
+    if not isinstance(rng, np.random.Generator):
+        raise UsageError(
+            f"rng: found {_shown(rng)}, expected a numpy.random.Generator. Give "
+            "numpy.random.default_rng(0), or seed=0 instead."
+        )
+    return rng, None
+
+
+def checked_seed(seed: int | None) -> int:
+    """Seed as a plain integer, which files can hold.
+
+    Raises
+    ------
+    UsageError
+        for what is no whole number from 0 to `LARGEST_SEED`
+    """
+    try:
+        whole = operator.index(seed)  # type: ignore[arg-type]
+    except TypeError:
+        whole = -1
+    if not 0 <= whole <= LARGEST_SEED:
+        raise UsageError(
+            f"seed: found {_shown(seed)}, expected a whole number from 0 to {LARGEST_SEED}. Give "
+            "seed=0, say."
+        )
+    return whole
+
+
+def require_ids(effects: Sequence[str]) -> None:
+    """Refuse ids of effects that are not in a sequence.
+
+    Raises
+    ------
+    UsageError
+        so they are
+    """
+    if isinstance(effects, str) or not hasattr(effects, "__iter__"):
+        raise UsageError(
+            f"effects: found {_shown(effects)}, expected ids in a tuple or a list. Write "
+            'effects=("creep",), or leave it out for none.'
+        )
+
+
+def _shown(given: object) -> str:
+    """What was given, in short."""
+    if isinstance(given, str | os.PathLike):
+        return repr(str(given))
+    if given is None or isinstance(given, int | float):
+        return repr(given)
+    return f"an object of type {type(given).__name__}"

@@ -1,0 +1,79 @@
+"""Arguments of the Python API that cannot be meant are refused with words, before any fit."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hdprog
+from hdprog.arguments import LARGEST_SEED, checked_seed
+from hdprog.cli import options
+from hdprog.errors import UsageError
+from hdprog.shipped import shipped
+
+DRIVE = Path(str(shipped("datasets"))) / "wearing-csf-25-80"
+FILE = DRIVE / "loops" / "t05.csv"
+OF_LOOPS = (hdprog.fit, hdprog.explain, hdprog.compare)
+
+
+@pytest.fixture(name="loop", scope="module")
+def loop_fixture() -> hdprog.Loop:
+    return hdprog.read_loop(FILE)
+
+
+def test_paths_are_refused_with_what_reads_them(loop: hdprog.Loop) -> None:
+    stage: Any
+    for stage in OF_LOOPS:
+        with pytest.raises(UsageError, match=r"loop: found '.*t05.csv'.*hdprog\.read_loop"):
+            stage(FILE)
+        with pytest.raises(UsageError, match=r"drive: found '.*drive.toml'.*hdprog\.read_drive"):
+            stage(loop, DRIVE / "drive.toml")
+    with pytest.raises(UsageError, match=r"loop: found 'nofile.csv'.*hdprog\.read_loop"):
+        hdprog.explain("nofile.csv", hdprog.read_drive(DRIVE))
+
+
+def test_arrays_are_told_by_their_type(loop: hdprog.Loop) -> None:
+    """All their numbers had been in the message."""
+    stage: Any
+    for stage in OF_LOOPS:
+        with pytest.raises(UsageError, match="loop: found an object of type ndarray, expected"):
+            stage(loop.torque)
+    for stage in (hdprog.run, hdprog.backtest):
+        with pytest.raises(UsageError, match="path: found an object of type Loop, expected"):
+            stage(loop)
+
+
+@pytest.mark.parametrize("rng", [0, np.random.RandomState(0)])
+def test_what_is_no_generator_is_refused(loop: hdprog.Loop, rng: Any) -> None:
+    stage: Any
+    for stage in OF_LOOPS:
+        with pytest.raises(UsageError, match=r"rng: found .*numpy\.random\.default_rng\(0\)"):
+            stage(loop, rng=rng)
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, "1", LARGEST_SEED + 1])
+def test_what_is_no_seed_is_refused(loop: hdprog.Loop, seed: Any) -> None:
+    """The largest ones had been fitted with, and could not be written."""
+    stage: Any
+    for stage, given in [*((each, loop) for each in OF_LOOPS), (hdprog.run, DRIVE)]:
+        with pytest.raises(UsageError, match=r"seed: found .*, expected a whole number from 0"):
+            stage(given, seed=seed)
+
+
+def test_a_seed_out_of_an_array_can_be_written() -> None:
+    assert json.dumps(checked_seed(np.arange(5)[3])) == "3"
+    assert options.LARGEST_SEED == LARGEST_SEED
+
+
+def test_ids_and_loads_come_in_sequences(loop: hdprog.Loop) -> None:
+    wrong: Any
+    for wrong in ("creep", None):
+        with pytest.raises(UsageError, match=r"effects: found .*expected ids in a tuple"):
+            hdprog.fit(loop, effects=wrong)
+    for wrong in (0.8, "much", None):
+        with pytest.raises(UsageError, match=r"loads: found .*expected numbers in a tuple"):
+            hdprog.run(DRIVE, loads=wrong)
