@@ -11,18 +11,26 @@ import numpy as np
 
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
+from hdprog.data.quality import assess
 from hdprog.errors import UsageError
 
 LARGEST_SEED = 2**63 - 1  # the largest that a posterior.nc can hold
 
 
-def require_read(loop: object, drive: object) -> None:
-    """Refuse paths of files, which the readers take, and whatever else was not read.
+def checked_record(loop: object, drive: object) -> tuple[Loop, Drive]:
+    """Record and drive, if they were read; one of arrays is looked at as the readers do.
+
+    Parameters
+    ----------
+    loop : the record; arrays that no file was read for gain their warnings here
+    drive : what is declared of the drive; nothing if None
 
     Raises
     ------
     UsageError
-        so they are
+        for paths of files, which the readers take, and whatever else was not read
+    BadInputError
+        for arrays that hold no loop
     """
     if not isinstance(loop, Loop):
         raise UsageError(
@@ -34,6 +42,10 @@ def require_read(loop: object, drive: object) -> None:
             f"drive: found {_shown(drive)}, expected a drive that was read. Give what "
             "hdprog.read_drive makes of the file."
         )
+    drive = Drive.default() if drive is None else drive
+    if not loop.sha256:
+        loop = loop.with_warnings(assess(loop, drive).warnings)
+    return loop, drive
 
 
 def as_path(given: object, name: str, expected: str) -> Path:

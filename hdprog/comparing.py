@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hdprog.arguments import randomness, require_read
+from hdprog.arguments import checked_record, randomness
 from hdprog.comparison.curves import SteadyCycle
 from hdprog.comparison.fitted import fit_model
 from hdprog.comparison.ranking import ranked
@@ -101,13 +101,12 @@ def compare(
     UsageError
         for a path where what was read of it belongs, or what is no generator or seed
     BadInputError
-        for a prior that does not exist
+        for arrays that hold no loop, or a prior that does not exist
     """
-    require_read(loop, drive)
     rng, recorded = randomness(rng, seed)
+    loop, drive = checked_record(loop, drive)
     started = time.perf_counter()
     hold_blas_to_one_thread()
-    drive = Drive.default() if drive is None else drive
     prepared = prepare(loop, drive, rng)
     cycle = SteadyCycle.of(prepared.record_course, prepared.operation.reference_torque)
     reasons = {model.id: model.missing(prepared.record_course) for model in MODELS}

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from hdprog.arguments import as_path, checked_seed, randomness, require_ids, require_read
+from hdprog.arguments import as_path, checked_record, checked_seed, randomness, require_ids
 from hdprog.config import Drive
 from hdprog.data.drive_folder import files_of, read_drive_folder, read_test_loop
 from hdprog.data.finished_runs import read_finished_runs
@@ -95,17 +95,16 @@ def fit(
         for an effect or a method that does not exist, effects beside the paper's method, a path
         where what was read of it belongs, or what is no generator or seed
     BadInputError
-        for a prior that does not exist, an effect that the record cannot show, or a record that
-        the paper's identification cannot be used on
+        for arrays that hold no loop, a prior that does not exist, an effect that the record
+        cannot show, or a record that the paper's identification cannot be used on
     """
-    require_read(loop, drive)
     require_ids(effects)
     chosen = effects_named(effects)
     _require_method(method, chosen)
     rng, recorded = randomness(rng, seed)
+    loop, drive = checked_record(loop, drive)
     started = time.perf_counter()
     hold_blas_to_one_thread()
-    drive = Drive.default() if drive is None else drive
     paper = identify_record(loop, drive) if method == "paper" else None
     with process_executor() as executor, while_waiting(executor, import_for_writing):
         posterior = fit_loop(
@@ -179,17 +178,14 @@ def explain(
     """
     if not isinstance(loop, Loop):
         loop = as_path(loop, "loop", "a record that was read, or a drive folder's path")
-    of_record = isinstance(loop, Loop) or loop.is_file()
-    if of_record or (drive is not None and not loop.is_dir()):
-        require_read(loop, drive)
-    if not isinstance(loop, Loop):
+    if isinstance(loop, Path) and (loop.is_dir() or (drive is None and not loop.is_file())):
         _require_folder_alone(drive, rng)
         whole = run(loop, seed=seed, quick=quick, workers=workers, progress=progress)
         return ExplainOutcome(whole.result, whole.posteriors, whole.single)
     rng, recorded = randomness(rng, seed)
+    loop, drive = checked_record(loop, drive)
     started = time.perf_counter()
     hold_blas_to_one_thread()
-    drive = Drive.default() if drive is None else drive
     plan = QUICK if quick else FULL
     prepared = prepare(loop, drive, rng)
     with process_executor(workers) as executor, while_waiting(executor, import_for_writing):

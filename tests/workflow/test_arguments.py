@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import hdprog
-from hdprog.arguments import LARGEST_SEED, checked_seed
+from hdprog.arguments import LARGEST_SEED, checked_record, checked_seed
 from hdprog.cli import options
-from hdprog.errors import UsageError
+from hdprog.errors import BadInputError, UsageError
 from hdprog.shipped import shipped
 
 DRIVE = Path(str(shipped("datasets"))) / "wearing-csf-25-80"
@@ -77,3 +77,24 @@ def test_ids_and_loads_come_in_sequences(loop: hdprog.Loop) -> None:
     for wrong in (0.8, "much", None):
         with pytest.raises(UsageError, match=r"loads: found .*expected numbers in a tuple"):
             hdprog.run(DRIVE, loads=wrong)
+
+
+def test_arrays_are_looked_at_as_files_are(loop: hdprog.Loop) -> None:
+    """Of arrays a record that no reader takes had been fitted, with a report that looked sound."""
+    half = loop.torque[:75]
+    no_loops = [
+        (loop.torque[:5], loop.angle[:5], "5 samples"),
+        (np.full(100, 30.0), loop.angle[:100], "the same torque"),
+        (loop.torque, -loop.angle, "falls while the torque rises"),
+        (half, loop.angle[:75], "the unloading"),
+    ]
+    stage: Any
+    for stage in OF_LOOPS:
+        for torque, angle, words in no_loops:
+            with pytest.raises(BadInputError, match=words):
+                stage(hdprog.Loop(torque, angle))
+    in_milliradians = hdprog.Loop(loop.torque, 1e3 * loop.angle)
+    warned, drive = checked_record(in_milliradians, None)
+    assert drive == hdprog.Drive.default()
+    assert any("Check the units of torque and angle" in text for text in warned.warnings)
+    assert checked_record(loop, None)[0] is loop
