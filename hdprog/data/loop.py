@@ -76,8 +76,11 @@ class Loop:
 
     def _checked(self, name: str, values: ArrayLike) -> NDArray[np.float64]:
         where = f"{self.source}, {name}"
+        self._refuse_dates(values, where)
         try:
             array = np.array(values, dtype=np.float64)
+            if np.ma.is_masked(values):
+                array[np.ma.getmask(values)] = np.nan  # what is masked is no reading
         except (TypeError, ValueError) as error:
             raise BadInputError(
                 f"values that are not all numbers ({error})",
@@ -110,6 +113,18 @@ class Loop:
             )
         array.setflags(write=False)
         return array
+
+    def _refuse_dates(self, values: ArrayLike, where: str) -> None:
+        """Refuse dates and spans of time, which would become a count in a unit of their own."""
+        # A pandas series of dates in a time zone says so itself, and becomes plain objects.
+        kind = getattr(values, "dtype", None) or np.asarray(values).dtype
+        if kind.kind in "mM":
+            raise BadInputError(
+                f"values of type {kind}",
+                where,
+                "numbers; of times, seconds",
+                "Convert times t to seconds first, with (t - t[0]) / numpy.timedelta64(1, 's').",
+            )
 
     def _settle_time(self, time: NDArray[np.float64]) -> None:
         steps = np.diff(time)

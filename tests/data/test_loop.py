@@ -60,6 +60,23 @@ def test_refusals(change: dict[str, Any], words: str) -> None:
         Loop(**values, source="rig.csv")
 
 
+@pytest.mark.parametrize("kind", ["datetime64[ns]", "timedelta64[us]", "timedelta64[s]"])
+def test_dates_are_not_taken_for_seconds(kind: str) -> None:
+    """Their counts, of nanoseconds or so, had passed for seconds."""
+    torque, _ = two_sided()
+    time = np.arange(torque.size).astype(kind)
+    with pytest.raises(BadInputError, match=r"time: found values of type .* seconds\."):
+        Loop(torque, torque / 1e4, time=time)
+
+
+def test_what_is_masked_is_no_reading() -> None:
+    torque, _ = two_sided()
+    masked = np.ma.masked_array(torque / 1e4, np.arange(torque.size) == 6)
+    with pytest.raises(BadInputError, match="angle: found nan at sample 7"):
+        Loop(torque, masked)
+    assert Loop(torque, np.ma.masked_array(torque)).angle[3] == torque[3]
+
+
 def test_warnings_are_added_once() -> None:
     loop = Loop(*two_sided()).with_warnings(["a", "b"]).with_warnings(["b", "c"])
     assert loop.warnings == ("a", "b", "c")
