@@ -37,11 +37,17 @@ Progress = Callable[[str, int, int], None]
 _PACKAGES = ("numpy", "scipy", "emcee")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Backtest:
     """What a backtest hands back: scores, and files to write."""
 
     result: BacktestResult
+
+    def __repr__(self) -> str:
+        """Return what this is, for a notebook; all numbers would fill pages."""
+        names = ", ".join(drive.drive_id for drive in self.result.drives)
+        state = "converged" if self.converged else "not converged"
+        return f"<{type(self).__name__} of {names}: {state}; its words are in .sentence>"
 
     @property
     def converged(self) -> bool:

@@ -29,7 +29,7 @@ Progress = Callable[[str, int, int], None]
 _LONGEST = ("preisach", DRIVE, "tuttle", "dhaouadi", "seyfferth", "maxwell_slip")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ComparisonOutcome:
     """The models on one record, best first, ready to be written.
 
@@ -39,6 +39,12 @@ class ComparisonOutcome:
     """
 
     result: Comparison
+
+    def __repr__(self) -> str:
+        """Return what this is, for a notebook; all numbers would fill pages."""
+        names = ", ".join(model.id for model in self.models)
+        state = "converged" if self.converged else "not converged"
+        return f"<{type(self).__name__} of {names}: {state}; its words are in .sentence>"
 
     @property
     def models(self) -> tuple[ComparedModel, ...]:

@@ -49,7 +49,7 @@ def write_beside_report(out: Path, name: str, document: Mapping[str, Any], repor
         (folder / "report.html").write_text(report, "utf-8")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Outcome:
     """The result of a fit or a run, with its posteriors.
 
@@ -63,6 +63,12 @@ class Outcome:
     result: DriveResult
     posteriors: tuple[Posterior, ...]
     single: bool
+
+    def __repr__(self) -> str:
+        """Return what this is, for a notebook; the draws would fill pages."""
+        names = ", ".join(test.test_id for test in self.tests)
+        state = "converged" if self.converged else "not converged"
+        return f"<{type(self).__name__} of {names}: {state}; its words are in .sentence>"
 
     @property
     def tests(self) -> tuple[TestResult, ...]:
@@ -224,7 +230,7 @@ def _save(posterior: Posterior, seed: int, attributes: dict[str, Any], path: Pat
     path.write_bytes(draws.to_datatree().to_netcdf(engine="h5netcdf"))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ExplainOutcome(Outcome):
     """The result of closing the loop on a record or a drive."""
 

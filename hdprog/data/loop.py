@@ -22,7 +22,7 @@ _CHANNELS = {
 }
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Loop:
     """Torque and torsion angle in the order of recording, in SI.
 
@@ -153,6 +153,15 @@ class Loop:
     def __len__(self) -> int:
         """Return the number of samples."""
         return int(self.torque.size)
+
+    def __repr__(self) -> str:
+        """Return what the record is, for a notebook; its arrays would fill pages."""
+        also = [name for name in _CHANNELS if getattr(self, name) is not None][2:]
+        return (
+            f"<Loop {self.source!r}: {len(self)} samples, torque {self.torque.min():.4g} to "
+            f"{self.torque.max():.4g} Nm, angle {self.angle.min():.4g} to {self.angle.max():.4g} "
+            f"rad{''.join(f', {name}' for name in also)}; {len(self.warnings)} warnings>"
+        )
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         # Pickling forgets that an array is read-only.

@@ -189,7 +189,7 @@ class TestResult:
     parameters: Mapping[str, ParameterSummary]
     figures: Mapping[str, Mapping[float, float]]  # key → level → value
     effects: tuple[str, ...]
-    fit: LoopFit
+    fit: LoopFit = field(repr=False)
     rmse_rad: float  # over the recorded samples
     noise_floor_rad: float  # scatter of neighbouring readings about a smooth course
     outlier_fraction: float
@@ -206,5 +206,5 @@ class TestResult:
     """None where the tooth angle is declared."""
     paper: PaperIdentification | None = None
     """The paper's own identification, where it was asked for."""
-    draws: ParameterDraws | None = None
+    draws: ParameterDraws | None = field(default=None, repr=False)
     """Some draws, for pictures of the posterior."""
