@@ -3,11 +3,65 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping, Sequence
 
 from hdprog.data.roles import ROLES
 from hdprog.errors import UsageError
 
-__all__ = ["parse_columns", "parse_select"]
+__all__ = ["given_columns", "given_selection", "parse_columns", "parse_select"]
+
+
+def given_columns(columns: Mapping[str, str] | str | None) -> Mapping[str, str] | None:
+    """Columns as a caller gives them, as text or by role.
+
+    Raises
+    ------
+    UsageError
+        As `parse_columns`, or a role that is none, or what is no text of a column.
+    """
+    if columns is None or isinstance(columns, str):
+        return None if columns is None else parse_columns(columns)
+    form = f"Write columns={{'torque': 'HEADER:Nm', ...}} with roles {', '.join(ROLES)}."
+    if not isinstance(columns, Mapping):
+        raise UsageError(
+            f"columns: found an object of type {type(columns).__name__}, expected a mapping of "
+            f"roles to columns. {form}"
+        )
+    for role, column in columns.items():
+        if role not in ROLES or not isinstance(column, str):
+            raise UsageError(
+                f"columns: found {role!r}: {column!r}; expected a role and 'HEADER:unit'. {form}"
+            )
+    return columns
+
+
+def given_selection(
+    select: Mapping[str, Sequence[str]] | str | None,
+) -> Mapping[str, tuple[str, ...]] | None:
+    """Selection as a caller gives it, as text or by column; numbers count as their text.
+
+    Raises
+    ------
+    UsageError
+        As `parse_select`, or what is no mapping.
+    """
+    if select is None or isinstance(select, str):
+        return None if select is None else parse_select(select)
+    if not isinstance(select, Mapping):
+        raise UsageError(
+            f"select: found an object of type {type(select).__name__}, expected a mapping of "
+            "columns to values. Write select={'COLUMN': ['VALUE', 'VALUE']}."
+        )
+    return {column: _values(values) for column, values in select.items()}
+
+
+def _values(values: object) -> tuple[str, ...]:
+    """One value or several, as text: ``"100,101"`` are two, as in a drive's file."""
+    if isinstance(values, str):
+        return tuple(value.strip() for value in values.split(","))
+    if isinstance(values, Iterable):
+        return tuple(str(value) for value in values)
+    return (str(values),)
 
 
 def parse_columns(text: str) -> dict[str, str]:

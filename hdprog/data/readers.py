@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,14 +10,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hdprog.data.column_options import parse_columns, parse_select
+from hdprog.data.column_options import (
+    given_columns,
+    given_selection,
+    parse_columns,
+    parse_select,
+)
 from hdprog.data.excel_table import read_excel_table
 from hdprog.data.loop import Loop
 from hdprog.data.quality import assess
 from hdprog.data.row_parser import Block, Layout
 from hdprog.data.text_stream import file_digest, looks_like_excel, require_file
 from hdprog.data.text_table import read_text_table
-from hdprog.errors import BadInputError
+from hdprog.errors import BadInputError, UsageError
 from hdprog.units import ISO_8601
 
 if TYPE_CHECKING:
@@ -42,7 +48,7 @@ def read_loop(
         Role (torque, angle, time, temperature, output_angle) → ``HEADER:unit`` where the headers
         do not say it, or the same as the text of ``--columns``.
     select : mapping, str or None
-        Column → values of the rows to keep, or the same as the text of ``--select``.
+        Column → value or values of the rows to keep, or the same as the text of ``--select``.
     drive : Drive or None
         Its columns hold for roles that are not given, its selection where none is; the record is
         compared with it.
@@ -57,11 +63,10 @@ def read_loop(
     BadInputError
         The file is not a usable record; the message names file, row and column.
     UsageError
-        The text of `columns` or `select` makes no sense.
+        `columns` or `select` makes no sense, `path` is no path, or `drive` is a path.
     """
-    path = Path(path)
-    columns = parse_columns(columns) if isinstance(columns, str) else columns
-    select = parse_select(select) if isinstance(select, str) else select
+    _require_path(path, drive)
+    path, columns, select = Path(path), given_columns(columns), given_selection(select)
     if drive is not None:
         columns = {**drive.columns, **(columns or {})}
         select = drive.select if select is None else select
@@ -83,6 +88,20 @@ def read_loop(
         sha256=digest,
     )
     return loop.with_warnings(assess(loop, drive).warnings)
+
+
+def _require_path(path: object, drive: object) -> None:
+    """Refuse what is no path, and the path of a drive where a drive belongs."""
+    if not isinstance(path, str | os.PathLike):
+        raise UsageError(
+            f"path: found an object of type {type(path).__name__}, expected the path of a loop "
+            "file. Make a record of arrays with hdprog.Loop(torque=..., angle=...)."
+        )
+    if isinstance(drive, str | os.PathLike):
+        raise UsageError(
+            f"drive: found {str(drive)!r}, expected a drive that was read. Give what "
+            "hdprog.read_drive makes of the file."
+        )
 
 
 def _in_si(block: Block, role: str, layout: Layout) -> NDArray[np.float64]:

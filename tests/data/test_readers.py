@@ -9,6 +9,7 @@ import time
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -169,12 +170,32 @@ def log_file(path: Path) -> Path:
     return write(path, LOG + "\n".join(junk[:20] + lines + junk[20:]) + "\n")
 
 
-@pytest.mark.parametrize("select", ["run=100", "run=100.0,7", {"run": ("100",)}])
-def test_columns_and_selection(tmp_path: Path, select: str | dict[str, tuple[str, ...]]) -> None:
+@pytest.mark.parametrize(
+    "select",
+    ["run=100", "run=100.0,7", {"run": ("100",)}, {"run": "100"}, {"run": 100}, {"run": [100, 7]}],
+)
+def test_columns_and_selection(tmp_path: Path, select: Any) -> None:
     path = log_file(tmp_path / "log.csv")
     loop = read_loop(path, columns="torque=TORQUE:Nm,angle=POSITION:rev,time=time:s", select=select)
     assert_is_the_record(loop)
     assert loop.time == pytest.approx(np.arange(TORQUE.size))
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"columns": {"torqe": "TORQUE:Nm"}}, r"columns: found 'torqe': .*roles torque, angle"),
+        ({"columns": ["torque", "angle"]}, "columns: found an object of type list"),
+        ({"columns": {"torque": 3}}, "columns: found 'torque': 3"),
+        ({"select": ["run", "100"]}, "select: found an object of type list"),
+        ({"drive": "drive.toml"}, r"drive: found 'drive.toml'.*hdprog\.read_drive"),
+        ({"path": np.zeros((30, 2))}, r"path: found an object of type ndarray.*hdprog\.Loop"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(tmp_path: Path, given: dict[str, Any], words: str) -> None:
+    """A role with a slip in its name had been passed over, and the column guessed."""
+    with pytest.raises(UsageError, match=words):
+        read_loop(**{"path": write(tmp_path / "loop.csv", table()), **given})
 
 
 def test_columns_and_selection_of_the_drive(tmp_path: Path) -> None:
