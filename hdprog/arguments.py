@@ -13,6 +13,7 @@ from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.data.quality import assess
 from hdprog.errors import UsageError
+from hdprog.physics.predict_arguments import checked_alpha
 
 LARGEST_SEED = 2**63 - 1  # the largest that a posterior.nc can hold
 
@@ -30,7 +31,7 @@ def checked_record(loop: object, drive: object) -> tuple[Loop, Drive]:
     UsageError
         for paths of files, which the readers take, and whatever else was not read
     BadInputError
-        for arrays that hold no loop
+        for arrays that hold no loop, or a tooth angle that is not in rad
     """
     if not isinstance(loop, Loop):
         raise UsageError(
@@ -43,6 +44,7 @@ def checked_record(loop: object, drive: object) -> tuple[Loop, Drive]:
             "hdprog.read_drive makes of the file."
         )
     drive = Drive.default() if drive is None else drive
+    checked_alpha(drive.alpha, "alpha of the drive")
     if not loop.sha256:
         loop = loop.with_warnings(assess(loop, drive).warnings)
     return loop, drive

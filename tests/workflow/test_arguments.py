@@ -98,3 +98,12 @@ def test_arrays_are_looked_at_as_files_are(loop: hdprog.Loop) -> None:
     assert drive == hdprog.Drive.default()
     assert any("Check the units of torque and angle" in text for text in warned.warnings)
     assert checked_record(loop, None)[0] is loop
+
+
+def test_a_drive_made_in_python_has_its_tooth_angle_in_radians(loop: hdprog.Loop) -> None:
+    """45 degrees had been fitted as 45 rad, and 30 ended in a math domain error."""
+    stage: Any
+    for stage in OF_LOOPS:
+        for alpha in (30.0, 45.0):
+            with pytest.raises(BadInputError, match=rf"alpha of the drive: found alpha={alpha}"):
+                stage(loop, hdprog.Drive(id="axis-2", alpha=alpha))
