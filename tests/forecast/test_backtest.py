@@ -36,6 +36,7 @@ from hdprog.physics.figures import Operation
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.wear_prior import read_wear_prior
+from tests.hasty import HASTY
 from tests.trend import cold_and_hot
 from tests.trend.stand_in import ALPHA, NEW, PRIOR, WEAR, wearing_drive
 
@@ -216,7 +217,8 @@ def test_a_later_test_is_predicted_as_warm_as_it_was(monkeypatch: pytest.MonkeyP
     seen = [seen_test(f"t{n}", one, [width], PRIOR, OPERATION) for n, one in enumerate(tests)]
     assert seen[-1].temperature_C == 35.0
     wear = read_wear_prior()
-    trend = fit_trend(tests[:-1], PRIOR, wear, np.random.default_rng(3), quick=True)
+    rng = np.random.default_rng(3)
+    trend = fit_trend(tests[:-1], PRIOR, wear, rng, quick=True, joint_effort=HASTY)
     monkeypatch.setattr(backtest, "fit_trend", lambda *_, **__: trend)
     predicted = []
     # What mounting adds to the last test speaks for one or the other: its width is the true one.

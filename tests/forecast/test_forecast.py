@@ -15,6 +15,7 @@ from hdprog.results import LEVELS
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_prior import read_wear_prior
+from tests.hasty import HASTY
 from tests.trend.stand_in import ALPHA, PRIOR, wearing_drive
 
 OPERATION = Operation(ALPHA, 63.0, 63.0)
@@ -27,7 +28,7 @@ HOURS = np.linspace(0.0, 3000.0, 5)
 def trend() -> Trend:
     rng = np.random.default_rng(1)
     tests = wearing_drive(rng, (HOURS / 4000.0) ** 0.9, HOURS)
-    return fit_trend(tests, PRIOR, read_wear_prior(), rng, quick=True)
+    return fit_trend(tests, PRIOR, read_wear_prior(), rng, quick=True, joint_effort=HASTY)
 
 
 def run(trend: Trend, *limits: Limit, **settings: float) -> tuple:

@@ -16,6 +16,7 @@ from hdprog.physics.parameters import NAMES
 from hdprog.results import Forecast
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.wear_prior import read_wear_prior
+from tests.hasty import HASTY
 from tests.trend.stand_in import ALPHA, PRIOR, SimulatedLoop, wearing_drive
 
 HOURS = np.array([0.0, 500.0, 900.0])
@@ -30,7 +31,8 @@ def forecasts(tests: Sequence[SimulatedLoop], prior: Prior, size: float) -> tupl
         Limit("hysteresis_width_arcmin", 0.3, "below"),
     )
     drive = Drive(limits=limits, forecast=ForecastSettings(20_000.0))
-    trend = fit_trend(tests, prior, read_wear_prior(), np.random.default_rng(1), quick=True)
+    rng = np.random.default_rng(1)
+    trend = fit_trend(tests, prior, read_wear_prior(), rng, quick=True, joint_effort=HASTY)
     operation = Operation(ALPHA, 63.0 * size, 63.0 * size)
     return forecast(trend, drive, operation, np.random.default_rng(2))
 

@@ -130,10 +130,11 @@ def simulated_loop(
     coordinates: np.ndarray,
     rng: np.random.Generator,
     top: float = 63.0,
+    points: int = 200,
     **others: object,
 ) -> SimulatedLoop:
     """Measure a drive with the given coordinates, noise and an encoder's offset added."""
-    torque = loop_torque(top)
+    torque = loop_torque(top, points)
     clean = torsion_angle(TorquePath.exact(torque), PRIOR.to_physical(coordinates[None]), ALPHA)[0]
     angle = clean + NOISE * rng.standard_normal(clean.size) + 1e-3 * rng.standard_normal()
     return SimulatedLoop(hours, torque, angle, start=coordinates, **others)  # type: ignore[arg-type]
@@ -150,11 +151,12 @@ def wearing_drive(
     hours: np.ndarray,
     scatter: float = 0.01,
     offset: np.ndarray | float = 0.0,
+    points: int = 200,
 ) -> list[SimulatedLoop]:
     """Tests of a drive whose wear (tests,) is given, remounting scatter and an offset added."""
     sizes = np.array([1, 1, 1, 1, 3, 1, 1, 1])
     found = []
     for at, reached in zip(hours, wear, strict=True):
         mounted = NEW + WEAR * reached + offset + scatter * sizes * rng.standard_normal(8)
-        found.append(simulated_loop(float(at), mounted, rng))
+        found.append(simulated_loop(float(at), mounted, rng, points=points))
     return found

@@ -11,6 +11,7 @@ from hdprog.trend.fitting import fit_trend
 from hdprog.trend.state_space import LOAD_SHARE, Timeline
 from hdprog.trend.wear_clock import ServiceClock, hours_by_load
 from hdprog.trend.wear_prior import read_wear_prior
+from tests.hasty import HASTY
 from tests.trend.stand_in import PRIOR, wearing_drive
 
 HOURS = np.linspace(0.0, 3500.0, 8)
@@ -44,7 +45,7 @@ def test_the_tests_say_whether_wear_follows_the_load(follows: bool) -> None:
         replace(test, load_hours=load)
         for test, load in zip(wearing_drive(rng, wear, HOURS), by_load, strict=True)
     ]
-    trend = fit_trend(drive, PRIOR, read_wear_prior(), rng, quick=True)
+    trend = fit_trend(drive, PRIOR, read_wear_prior(), rng, quick=True, joint_effort=HASTY)
     share = np.quantile(trend.hyperparameters()[LOAD_SHARE], (0.1, 0.5, 0.9))
     # A priori: 0.39, 0.84, 0.99.
     if follows:
@@ -55,7 +56,8 @@ def test_the_tests_say_whether_wear_follows_the_load(follows: bool) -> None:
 
 def test_without_loads_nothing_is_said_of_them() -> None:
     drive = wearing_drive(np.random.default_rng(1), HOURS[:2] / 4000, HOURS[:2])
-    trend = fit_trend(drive, PRIOR, read_wear_prior(), np.random.default_rng(2), quick=True)
+    rng = np.random.default_rng(2)
+    trend = fit_trend(drive, PRIOR, read_wear_prior(), rng, quick=True, joint_effort=HASTY)
     assert LOAD_SHARE not in trend.hyperparameters()
     assert LOAD_SHARE not in trend.carried_by_prior()
 

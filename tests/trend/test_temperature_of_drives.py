@@ -200,7 +200,7 @@ def test_tests_are_compared_with_the_trend_as_warm_as_it_is(
 def test_a_missing_temperature_does_not_mislead() -> None:
     """The hot test counts as one of any temperature that the others had."""
     told = [None if test == HOT else warm for test, warm in enumerate(COLD_AND_HOT)]
-    doubtful = fitted(told)
+    doubtful = fitted(told, HASTY)
     at = HOURS[[HOT]]
     truth = float(width(NEW + WEAR * REACHED[HOT]))
     found = width(doubtful.paths(at, np.random.default_rng(9), 2000))[:, 0]

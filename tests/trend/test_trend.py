@@ -43,6 +43,12 @@ def trend(tests: list[SimulatedLoop]) -> Trend:
     return fit_trend(tests, PRIOR, read_wear_prior(), np.random.default_rng(2), quick=True)
 
 
+def hasty_trend(tests: list[SimulatedLoop], seed: int) -> Trend:
+    """For what the modes and the hyperparameters show before all loops are sampled together."""
+    rng = np.random.default_rng(seed)
+    return fit_trend(tests, PRIOR, read_wear_prior(), rng, quick=True, joint_effort=HASTY)
+
+
 def test_it_converges_and_covers_the_true_course(trend: Trend) -> None:
     """Five figures inside their central 99.8 %: one false alarm in 100."""
     assert trend.converged
@@ -96,7 +102,7 @@ def test_the_summary_is_complete(trend: Trend) -> None:
 def test_few_tests_give_a_wide_forecast_and_say_so(
     tests: list[SimulatedLoop], trend: Trend, count: int
 ) -> None:
-    few = fit_trend(tests[:count], PRIOR, read_wear_prior(), np.random.default_rng(6), quick=True)
+    few = hasty_trend(tests[:count], 6)
     assert any("test" in warning for warning in few.warnings)
     drive = Drive(limits=LIMITS, forecast=ForecastSettings(60_000.0))
     narrow = forecast(trend, drive, OPERATION, np.random.default_rng(7))[0]
@@ -127,7 +133,7 @@ def test_equal_hours_and_a_regreasing(tests: list[SimulatedLoop]) -> None:
     found = []
     for event in ("regreased", None):
         both[2] = dataclasses.replace(both[2], event=event)
-        fitted = fit_trend(both, PRIOR, read_wear_prior(), np.random.default_rng(9), quick=True)
+        fitted = hasty_trend(both, 9)
         paths = fitted.paths(around, np.random.default_rng(10), 1000)
         found.append(np.diff(np.log(figure_paths(width, paths, PRIOR, OPERATION))).mean())
     assert found[0] == pytest.approx(truth, abs=0.08)
@@ -143,9 +149,7 @@ def test_a_replaced_drive_starts_anew(tests: list[SimulatedLoop]) -> None:
     rng = np.random.default_rng(12)
     new = wearing_drive(rng, np.array([0.0, 0.1]), np.array([3200.0, 3600.0]))
     new[0] = dataclasses.replace(new[0], event="replaced")
-    trend = fit_trend(
-        [*tests, *new], PRIOR, read_wear_prior(), np.random.default_rng(13), quick=True
-    )
+    trend = hasty_trend([*tests, *new], 13)
     stiff = figure_paths(
         SECANT, trend.paths(np.array([3000.0, 3600.0]), rng, 1000), PRIOR, OPERATION
     )

@@ -66,7 +66,7 @@ def two_tests() -> Problem:
 def worn_by(wear: Sequence[float], start: np.ndarray) -> Problem:
     """Tests of a drive whose wear is given, from 0 to 1 500 h, linearised at their joint mode."""
     hours = np.linspace(0.0, 1500.0, len(wear))
-    tests = wearing_drive(np.random.default_rng(4), np.array(wear), hours)
+    tests = wearing_drive(np.random.default_rng(4), np.array(wear), hours, points=80)
     timeline, _ = Timeline.of(tests, ServiceClock.of(tests), WEAR_PRIOR)
     values = Hyperparameters.of(FIXED, WEAR_PRIOR)
     steps = Steps.of(timeline, values, STATE_PRIOR, WEAR_PRIOR)

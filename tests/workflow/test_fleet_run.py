@@ -18,7 +18,7 @@ from hdprog import fleet_run, workflow
 from hdprog.atomic import atomic_directory
 from hdprog.errors import BadInputError, HdprogError, UsageError
 from hdprog.fleet_run import Fleet, LeftOut, run_fleet
-from hdprog.outcome import RUN_KEY, results_in
+from hdprog.outcome import RUN_KEY, Outcome, results_in
 from hdprog.packed import packed, unpack, unpacked
 from hdprog.shipped import shipped
 from hdprog.trend import fitting
@@ -27,11 +27,28 @@ from tests.reporting.page import Page
 from tests.workflow.test_run import edit, subset
 
 
+@pytest.fixture(scope="module")
+def runs() -> dict[str, Outcome]:
+    """Outcomes that were had already: what is written of them is tried, not the runs."""
+    return {}
+
+
 @pytest.fixture(name="folder")
-def folder_fixture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder_fixture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, runs: dict[str, Outcome]
+) -> Path:
     """A worn drive past its limit, one that has one test, and a broken folder."""
     monkeypatch.setattr(workflow, "QUICK", SHORT)
     monkeypatch.setattr(fitting, "JOINT_QUICK", HASTY)
+    run_drive = workflow.run
+
+    def once(path: Path, **options: object) -> Outcome:
+        given = (path / "drive.toml").read_text("utf-8") + repr(sorted(options.items()))
+        if given not in runs:
+            runs[given] = run_drive(path, **options)  # type: ignore[arg-type]
+        return runs[given]
+
+    monkeypatch.setattr(workflow, "run", once)
     fleet = tmp_path / "fleet"
     worn = subset(fleet / "cell1" / "worn", ["t10"])
     edit(worn, 'id = "wearing-csf-25-80"', 'id = "worn"')
