@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -23,6 +24,7 @@ __all__ = ["Column", "find_columns", "find_selection"]
 
 
 _ISO_LIKE = re.compile(r"\s*\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}")
+_REMARK = re.compile(r"(?<=\S)\s*(?:\[[^\[\]]*\]|\([^()]*\))\s*$")
 _GIVEN = "in --columns or in [columns] of drive.toml"
 # Torque and angle are those of the output, as measured: such a column is not to be put forward.
 _NOT_MEASURED = frozenset(
@@ -236,14 +238,20 @@ def _listed(headers: Sequence[str]) -> str:
 
 def _option(columns: Mapping[str, str]) -> str:
     text = ",".join(f"{role}={column}" for role, column in columns.items())
-    return f'--columns "{text}"' if re.search(r"[\s()\[\];&]", text) else f"--columns {text}"
+    if re.fullmatch(r"[\w.,:=/+-]*", text):
+        return f"--columns {text}"
+    if not re.search(r'["$`\\]', text):
+        return f'--columns "{text}"'
+    return f"--columns {shlex.quote(text)}"  # double quotation marks would not keep these
 
 
 def _example(role: str, header: str) -> str:
-    dimension, written = ROLES[role].dimension, parse_header(header).unit
-    # Another unit than the header's would be refused.
-    if written is not None and written.dimension == dimension:
-        return f"{header}:{written.name}"
+    dimension = ROLES[role].dimension
+    # Another unit than the header's would be refused, or read wrong where a remark follows it.
+    for text in (header, _REMARK.sub("", header)):
+        written = parse_header(text).unit
+        if written is not None and written.dimension == dimension:
+            return f"{header}:{written.name}"
     return f"{header}:{known_units(dimension)[0]}"
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import io
+import subprocess
 import zipfile
 from pathlib import Path
 
@@ -207,6 +208,18 @@ def test_decimal_signs_may_not_change(tmp_path: Path, sign: str) -> None:
     assert "decimal sign" in message
 
 
+@pytest.mark.parametrize("name", ['"DB1".{} [{}]', "Rig's {} [{}]", "{} $raw [{}]", "{}<raw> {}"])
+def test_a_proposed_option_is_taken_by_a_shell(tmp_path: Path, name: str) -> None:
+    """Quotation marks in names, as traces of a PLC have them, ended the option's own."""
+    names = (name.format("torque", "Nm"), name.format("angle", "rad"))
+    header = "\t".join('"' + one.replace('"', '""') + '"' for one in names)
+    path = write(tmp_path / "a.csv", table(header, "\t"))
+    proposed = refused(path).partition("with --columns ")[2].partition(" (or the same")[0]
+    told = ["sh", "-c", f"printf %s {proposed}"]
+    option = subprocess.run(told, capture_output=True, check=True, text=True).stdout
+    assert len(read_loop(path, columns=option)) == TORQUE.size
+
+
 def test_a_row_of_units_is_explained(tmp_path: Path) -> None:
     text = "\n".join(["torque_Nm,angle_rad", "Nm,rad", *LINES[1:]])
     assert "units into the header" in refused(write(tmp_path / "a.csv", text))
@@ -221,6 +234,7 @@ def test_a_row_of_units_is_explained(tmp_path: Path) -> None:
         ("torque_cmd_Nm,torque_meas_Nm", ["torque=torque_meas_Nm:Nm"]),
         ("torque_act_kNm,Winkel ist [mrad]", ["torque=torque_act_kNm:kNm,angle=HEADER:rad"]),
         ("torque_Nm,Angle actual [deg]", ['--columns "angle=Angle actual [deg]:deg"']),
+        ("Angle ist [deg] (rel.),torque_mNm (raw)", ["(rel.):deg", "torque_mNm (raw):mNm"]),
         ("input_torque_Nm,angle_rad", ["torque=HEADER:Nm"]),
         ("torque_a_Nm,torque_b_Nm", ["torque=HEADER:Nm"]),
         ("torque_Nm,output_angle_rad", ["angle=HEADER:rad"]),
