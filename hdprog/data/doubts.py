@@ -23,6 +23,7 @@ _LARGEST_TORQUE = 3e4  # Nm
 _TWIST_RANGE = (3e-5, 0.3)  # rad at rated torque or at a record's largest, for every size
 _RATED_SHARE = (0.01, 30.0)  # of rated torque; ratcheting begins near 10 times rated torque
 _COARSER = 30.0  # a rig that records means of 1000 readings is finer than its steps by that much
+_RELATED = 0.3  # correlation of torque and angle; wide loops of worn drives have 0.9
 _FULL_ENOUGH = 0.9
 _FEWER = 5.0
 
@@ -52,7 +53,15 @@ def doubts(
         One sentence or two, with what to do.
     """
     # A jump back by a turn outweighs the slope of a whole record.
-    if stiffness < 0 and not np.abs(np.diff(loop.angle)).max() > np.pi:
+    turned = np.abs(np.diff(loop.angle)).max() > np.pi
+    related = float(np.corrcoef(loop.torque, loop.angle)[0, 1])
+    if abs(related) < _RELATED and not turned:
+        yield (
+            f"The angle hardly goes with the torque (correlation {related:.2f}): noise or "
+            "something else moves it, and what a fit says of the drive is worth little. Check "
+            "that the right column is read, with --columns, and that the encoder is on."
+        )
+    elif stiffness < 0 and not turned:
         yield (
             "The angle falls while the torque rises: one of the two has the wrong sign. Change it "
             "in the record; a fit of this one means nothing."

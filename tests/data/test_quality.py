@@ -214,6 +214,20 @@ def test_a_sign_that_is_turned_round() -> None:
 
 
 @pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("seed", range(6))
+def test_an_angle_of_noise_alone_is_told(seed: int) -> None:
+    """A dead encoder made a usable record, of a stiff drive or one with a wrong sign.
+
+    Correlations of 401 pairs of noise have a standard deviation of 0.05: 0.3 is never reached.
+    """
+    torque, angle = two_sided()
+    noise = np.random.default_rng(seed).standard_normal(torque.size)
+    found = warned(Loop(torque, 1e-3 * noise))
+    assert "The angle hardly goes with the torque (correlation " in found
+    assert "wrong sign" not in found
+    assert warned(Loop(torque, angle + 1e-3 * noise)) == ""
+
+
 @pytest.mark.parametrize("by", [1e-300, 1e160, 1e308 / PEAK])
 def test_numbers_that_nothing_can_be_computed_from_are_refused(by: float) -> None:
     torque, angle = two_sided()
