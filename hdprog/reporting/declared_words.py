@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hdprog.inference.catalogue import ratio_doubt
+from hdprog.physics.figures import LOST_MOTION_SHARE
 from hdprog.reporting import outlook
 from hdprog.reporting.rounding import hours
 from hdprog.reporting.words import capital, quantity, torque_words
@@ -21,13 +22,21 @@ def declared_words(result: DriveResult) -> list[str]:
 
 def _limits_beyond(result: DriveResult) -> list[str]:
     largest = max(float(np.abs(test.loop.torque).max()) for test in result.tests)
-    return [
-        f"{capital(quantity(limit.key).name)} has a limit, and the tests reach "
-        f"{torque_words(largest)} only: beyond that the model is extrapolated. Load the drive that "
-        "far, or set the limit at a torque that the tests reach."
-        for limit in result.drive.limits
-        if limit.at_torque_Nm is not None and limit.at_torque_Nm > _REACHED * largest
-    ]
+    said = []
+    for limit in result.drive.limits:
+        at, place = limit.at_torque_Nm, ""
+        advice = "set the limit at a torque that the tests reach"
+        if limit.quantity == "lost_motion_arcmin" and result.drive.rated_torque is not None:
+            at = LOST_MOTION_SHARE * result.drive.rated_torque
+            place = f" and is read at ±{torque_words(at)}"
+            advice = "check that its torque is the output's, in the unit that is given"
+        if at is not None and at > _REACHED * largest:
+            said.append(
+                f"{capital(quantity(limit.key).name)} has a limit{place}, and the tests reach "
+                f"{torque_words(largest)} only: beyond that the model is extrapolated. Load the "
+                f"drive that far, or {advice}."
+            )
+    return list(dict.fromkeys(said))
 
 
 def _shutdown(result: DriveResult) -> list[str]:

@@ -42,6 +42,19 @@ def test_a_stiffness_beyond_the_recorded_torque(torque: float, told: bool) -> No
     assert said(result) == ([expected] if told else [])
 
 
+@pytest.mark.parametrize(("rated", "told"), [(63.0, False), (1600.0, False), (5040.0, True)])
+def test_lost_motion_beyond_the_recorded_torque(rated: float, told: bool) -> None:
+    """As of a record of the input's torque, which is smaller by the ratio."""
+    result = drives.single_fit(drives.LOST_MOTION)
+    result = replace(result, drive=replace(result.drive, rated_torque=rated))
+    expected = (
+        "Lost motion has a limit and is read at ±201.6 Nm, and the tests reach 63 Nm only: beyond "
+        "that the model is extrapolated. Load the drive that far, or check that its torque is the "
+        "output's, in the unit that is given."
+    )
+    assert said(result) == ([expected] if told else [])
+
+
 @pytest.mark.parametrize(
     ("shutdown", "words"),
     [
