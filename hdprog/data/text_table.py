@@ -38,6 +38,7 @@ __all__ = ["column_sign", "endless_cell", "read_text_table", "split_line"]
 _MOST_ODD_LINES = 10_000
 _MOST_HEADER_LINES = 20  # that headers with line breaks in their cells may take
 _ZONE = re.compile(r":.*(?:[Zz]|[+-]\d\d(?::?\d\d)?)\s*$")  # behind a time; a day has -09, too
+_UNIT_APART = re.compile(r'(?<!\S)([^\s"\[(]+)\s+(\[[^\[\]"]*\]|\([^()"]*\))(?=\s|$)')
 _QUOTED = re.compile(r'(?:^|(?<=[\t;|,])) *"(?:[^"]|"")*" *(?=$|[\t;|,])')
 
 
@@ -178,6 +179,8 @@ class _TextTable:
                 self.sign = line[4]  # a hint for Excel, which it also writes
                 return False
             self.sign = self.sign or column_sign(line)
+            if self.sign == " ":  # a unit in brackets behind white space is no column of its own
+                line = _UNIT_APART.sub(r'"\1 \2"', line)
             self.header = (self.row, self._split(line, self.row))
             return False
         header_row, headers = self.header

@@ -76,6 +76,10 @@ READ_RIGHT: dict[str, Callable[[], bytes]] = {
     "inches in a header, and a quotation without end": lambda: (
         'torque_Nm,angle_rad,arm of 5",5" disc,"x\n'
         + "\n".join(f"{row},1,2,3" for row in rows(TORQUE, ANGLE))).encode(),
+    "units in brackets behind white space": lambda: (
+        "  Torque [Nm]   angle (rad)\n" + "\n".join(rows(TORQUE, ANGLE, sign="  "))).encode(),
+    "units of several words behind white space": lambda: table(
+        "Torque ( N m )\tangle_rad", "\t").replace("\t", " ").encode(),
     "spaces in cells": lambda: table().replace(",", " , ").encode(),
     "plus signs and exponents": lambda: ("torque_Nm,angle_rad\n" + "\n".join(
         f"{t:+.10e},{a:+.10E}" for t, a in zip(TORQUE, ANGLE, strict=True)
