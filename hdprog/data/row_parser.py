@@ -31,6 +31,7 @@ SHEET_ERROR = re.compile(r"#(?:N/A|NV|[A-ZÄÖÜ0/_]+[!?]|##+)")
 """What a spreadsheet writes into a cell whose formula fails (#N/A, #DIV/0!, #WERT!), and, as text,
 into one of a column that is too narrow for its number or date (########)."""
 
+_MEASURED = re.compile(r"[+-]?[\d.,]*\d(?:[eE][+-]?\d+)?\s*")  # the number before a unit
 _EPOCH = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
 _YEARS = range(1678, 2262)  # whole ones that 64 bits of nanoseconds hold
 _MICROSECOND = datetime.timedelta(microseconds=1)
@@ -317,7 +318,15 @@ class RowParser:
             if "," in cell or "." in cell:
                 expected = f"a number with the decimal sign '{self.decimal or '.'}' as before"
                 advice = "Write all numbers of the file with the same decimal sign."
-        elif re.fullmatch(r"[+-]?\d{1,3}(?:[.,' ]\d{3})+(?:[.,]\d+)?", cell):
+        elif is_number(re.sub("[dD]", "e", cell.replace(",", "."), count=1)):
+            advice = "Export the file with E in exponents, like 1.5E-05, or without exponents."
+        elif is_number(re.sub("[\u2212\u2013]", "-", cell.replace(",", "."))):
+            expected += " with a plain minus sign"
+            advice = "Replace the typographic minus signs of the file by '-'."
+        elif _MEASURED.match(cell) and find_unit(_MEASURED.sub("", cell)) is not None:
+            expected += " alone"
+            advice = "Write the unit into the header, like torque_Nm, and remove it from the rows."
+        elif re.fullmatch(r"[+-]?\d{1,3}(?:[.,'\u2019\s]\d{3})+(?:[.,]\d+)?", cell):
             advice = "Export the file without thousands separators."
         elif row == self.layout.header_row + 1 and find_unit(cell.strip("[]()")) is not None:
             advice = (
@@ -336,6 +345,16 @@ class RowParser:
             advice = (
                 "The row ends with a column sign. Where all rows do, end the header with one, too; "
                 "else remove it."
+            )
+        elif len(cells) == 1 and width > 1 and row == self.layout.header_row + 1:
+            advice = (
+                "Part the columns of all rows by the sign that parts those of the header. Where "
+                "the row is a remark, remove it."
+            )
+        elif len(cells) == width - 1 and row == self.layout.header_row + 1:
+            advice = (
+                "Where all rows have as many, the header names a column that they lack, such as "
+                "the Comment of LabVIEW, or ends with a column sign: remove that from the header."
             )
         elif (
             len(cells) == width + 1

@@ -52,6 +52,11 @@ def changed(row: int, line: str) -> str:
         ("1,5,2,5", ["4 cells", "semicolons"]),
         ('"1,5",2.0', ["decimal sign"]),
         ('"1.234,5",2.0', ["thousands separators"]),
+        ("1.5D-05,2.0", ["'1.5D-05'", "with E in exponents"]),
+        ("\u22121.5,2.0", ["plain minus sign"]),
+        ("1.5 Nm,2.0", ["a number alone", "remove it from the rows"]),
+        ("1\u202f234.5,2.0", ["thousands separators"]),
+        ("1\u2019234.5,2.0", ["thousands separators"]),
         ("0x10,1", ["'0x10'"]),
         ("1_000,1", ["'1_000'"]),
         ("True,1", ["'True'"]),
@@ -77,6 +82,17 @@ def test_a_header_without_a_name_for_row_numbers_is_told(tmp_path: Path, sign: s
     assert "row 2: found 3 cells; expected 2" in message
     assert "may lack the name of the first column" in message
     assert "semicolons" not in message
+
+
+def test_rows_that_all_have_other_columns_than_the_header_are_told(tmp_path: Path) -> None:
+    """The one row was to be removed, and then the next."""
+    for end in (",Comment", ","):
+        text = table().replace("angle_rad", "angle_rad" + end)
+        message = refused(write(tmp_path / "a.csv", text))
+        assert "row 2: found 2 cells; expected 3" in message
+        assert "remove that from the header" in message
+    text = "\n".join(["torque_Nm\tangle_rad", *(line.replace(",", "  ") for line in LINES[1:])])
+    assert "by the sign that parts those of the header" in refused(write(tmp_path / "a.csv", text))
 
 
 ERRORS = (
