@@ -88,6 +88,24 @@ def test_interrupt_ends_with_130(invoke: Invoke, workflow: Workflow, tmp_path: P
     assert list(tmp_path.iterdir()) == []
 
 
+def test_an_interrupt_of_the_imports_is_no_traceback() -> None:
+    """They take half a second, in which somebody sees that the command is the wrong one."""
+    code = (
+        "import sys\n"
+        "class Interrupts:\n"
+        "    def find_spec(self, name, *rest):\n"
+        "        if name == 'typer':\n"
+        "            raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Interrupts())\n"
+        "from hdprog.__main__ import main\n"
+        "main()\n"
+    )
+    asked = [sys.executable, "-c", code]
+    done = subprocess.run(asked, capture_output=True, text=True, check=False)
+    assert done.returncode == 130
+    assert done.stderr == "Interrupted before anything was begun.\n"
+
+
 def test_refused_by_the_system_is_no_bug(invoke: Invoke, workflow: Workflow) -> None:
     workflow.error = PermissionError(13, "Permission denied", "/locked/summary.json")
     shown = invoke("run", "drive")
