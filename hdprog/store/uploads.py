@@ -6,7 +6,7 @@ import re
 import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from datetime import date, datetime
+from datetime import date
 from pathlib import PurePosixPath, PureWindowsPath
 from typing import Any
 
@@ -17,12 +17,12 @@ from sqlalchemy.orm import Session
 from hdprog.data.tests_table import EVENTS
 from hdprog.errors import BadInputError
 from hdprog.store.audit import Actor, note
+from hdprog.store.right_drive import KEY as RIGHT_DRIVE
+from hdprog.store.right_drive import mark_right_drive, renewed
 from hdprog.store.tables import DriveRow, EventRow, TestRow
-from hdprog.store.tables.base import now
 
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")  # but for tabs and line breaks
 _LABEL = re.compile(r"[\w+\-][\w+\-. ]{0,99}")
-_RIGHT_DRIVE = "right_drive"  # of a read-out that made one doubt it: who said so, and when
 _MOST_LABEL_BYTES = 200  # files are named after it, and a name has 255 with what is added to it
 
 
@@ -265,23 +265,10 @@ def accept(
         note(session, actor, "test changed", subject, before=before, after=said)
     else:
         if right_drive:
-            answer = {"by": actor.name, "at": now().isoformat(timespec="seconds")}
-            test.quality = {**test.quality, _RIGHT_DRIVE: answer}
-            said[_RIGHT_DRIVE] = "yes"
+            mark_right_drive(test, actor)
+            said[RIGHT_DRIVE] = "yes"
         note(session, actor, "test accepted", subject, **said)
     test.state = "accepted"
-
-
-def renewed(test: TestRow, quality: Mapping[str, Any]) -> dict[str, Any]:
-    """Give a new read-out of a record, with what a person said of the record itself."""
-    said = test.quality.get(_RIGHT_DRIVE)
-    return {**quality, _RIGHT_DRIVE: said} if said else dict(quality)
-
-
-def right_drive_said(test: TestRow) -> tuple[str, datetime] | None:
-    """Who said that a doubtful record is its drive's, and when; None where nobody was asked."""
-    answer = test.quality.get(_RIGHT_DRIVE)
-    return None if answer is None else (answer["by"], datetime.fromisoformat(answer["at"]))
 
 
 def _written(facts: TestFacts) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from hdprog.store.audit import Actor
 from hdprog.store.drives import content_of, find_drive
 from hdprog.store.files import free_bytes
 from hdprog.store.readings import is_current, reading_of, with_problems, with_reading
+from hdprog.store.right_drive import renewed, right_drive_said
 from hdprog.store.settings import held_setting
 from hdprog.store.store import Store
 from hdprog.store.tables import DriveRow, JobRow, TestRow, TokenRow
@@ -34,8 +35,6 @@ from hdprog.store.uploads import (
     list_tests,
     readable_name,
     refresh_counts,
-    renewed,
-    right_drive_said,
 )
 from hdprog.web.lookup import drive_named
 

@@ -11,6 +11,7 @@ from starlette.responses import Response
 from hdprog.config import ForecastSettings
 from hdprog.store import analyses, jobs
 from hdprog.store.drives import content_of
+from hdprog.store.right_drive import open_doubt
 from hdprog.store.uploads import list_tests
 from hdprog.web.lookup import drive_named
 from hdprog.web.names import DriveName
@@ -31,11 +32,13 @@ def drive_page(request: Request, who: Viewer, drive_id: DriveName) -> Response:
         fits = analyses.fits_of(session, drive)
         content = content_of(drive)
         forecast = content.get("forecast", {})
+        tests = list_tests(session, drive, "accepted")
         context = {
             "drive": drive,
             "content": content,
             "accepted_risk": forecast.get("acceptable_risk", ForecastSettings.acceptable_risk),
-            "tests": list_tests(session, drive, "accepted"),
+            "tests": tests,
+            "doubted": [test for test in tests if open_doubt(test, content)],
             "previews": list_tests(session, drive, "preview"),
             "removed": list_tests(session, drive, "removed"),
             "fits": {fit.test_id: fit for fit in fits},

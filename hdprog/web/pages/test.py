@@ -14,7 +14,8 @@ from hdprog.service.same_drive import without_question
 from hdprog.store import analyses, jobs
 from hdprog.store.drives import content_of
 from hdprog.store.readings import is_current
-from hdprog.store.uploads import accept, facts_of, remove, right_drive_said
+from hdprog.store.right_drive import answer_doubt, open_doubt, right_drive_said
+from hdprog.store.uploads import accept, facts_of, remove
 from hdprog.web.facts import read_facts
 from hdprog.web.lookup import test_named, test_to_change
 from hdprog.web.names import TestName
@@ -46,9 +47,27 @@ def test_page(request: Request, who: Viewer, test_id: TestName) -> Response:
 
 @router.post("/tests/{test_id}", dependencies=[Depends(form_of_ours)])
 async def change(request: Request, who: Engineer, test_id: TestName) -> Response:
-    """Change what was said of a test, or remove it."""
+    """Change what was said of a test, remove it, or say that it is the right drive's."""
     texts = {name: str(value) for name, value in (await request.form()).items()}
-    return await run_in_threadpool(_change, request, who, test_id, texts)
+    work = _answer if "right_drive" in texts else _change
+    return await run_in_threadpool(work, request, who, test_id, texts)
+
+
+def _answer(request: Request, who: Identity, test_id: str, texts: dict[str, str]) -> Response:
+    """Take down that a record is its drive's; nothing has to be analysed again for it."""
+    try:
+        with service_of(request).store.writing() as session:
+            test = test_to_change(session, test_id)
+            other = _NOT_ACCEPTED.get(test.state)
+            doubt = open_doubt(test, content_of(test.drive))
+            if other is None and doubt is not None:
+                refuse_unseen(texts.get("asked", ""), doubt)
+                answer_doubt(session, who.actor, test)
+    except UnseenError as error:
+        return _page(request, who, test_id, str(error))
+    if other is not None:
+        return _page(request, who, test_id, other, 409)
+    return RedirectResponse(f"/tests/{test_id}?said=saved", 303)
 
 
 def _change(request: Request, who: Identity, test_id: str, texts: dict[str, str]) -> Response:
@@ -95,6 +114,7 @@ def _page(
         stale = not is_current(test.quality, content)
         doubt = None if stale else test.quality.get("doubt")
         answer = None if test.state == "preview" else right_drive_said(test)
+        settled = answer is not None or test.state == "removed"
         context = {
             "test": test,
             "drive": drive,
@@ -104,7 +124,8 @@ def _page(
             "texts": texts,
             "seen": texts.get("seen") or seen(facts_of(test)),
             "stale": stale,
-            "doubt": without_question(doubt) if doubt and answer else doubt,
+            "doubt": without_question(doubt) if doubt and settled else doubt,
+            "asked": seen(doubt),
             "answer": answer,
             "has_picture": service.store.files.find_picture(test.sha256, drive.id) is not None,
         }
