@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from datetime import date, timedelta
+from inspect import signature
 from typing import Annotated
 
 from fastapi import Form
@@ -83,6 +84,10 @@ def read_facts(texts: Mapping[str, str]) -> TestFacts:
     )
     facts.check()
     return facts
+
+
+FIELDS = tuple(signature(facts_of_form).parameters)
+"""Names of a form's fields."""
 
 
 def _note(text: str) -> str | None:

@@ -260,6 +260,16 @@ def test_what_is_said_otherwise_of_a_known_record_is_not_let_fall_in_silence(
     assert "test known of the drive already: its service_hours, test_id stayed" in words
 
 
+def test_a_field_that_is_not_known_is_told(api: TestClient, loop_file: Path) -> None:
+    """A misspelt one was passed over in silence, and the test stood there without its event."""
+    known = {"event": "regreased", "temperature_C": "20", "test_id": "misspelt"}
+    answer = upload(api, loop_file.with_name("t03.csv"), note="", **known, events="replaced")
+    warnings = answer.json()["warnings"]  # type: ignore[attr-defined]
+    [words] = (one for one in warnings if "no field of that name" in one)
+    assert words.startswith("field 'events': ")
+    assert "service_hours, event, test_id, date, temperature_C" in words
+
+
 @pytest.mark.parametrize("files", [2, 0])
 def test_a_request_brings_one_record(api: TestClient, loop_file: Path, files: int) -> None:
     record = loop_file.read_bytes()

@@ -10,7 +10,7 @@ from starlette.datastructures import UploadFile as StarletteFile
 from hdprog.errors import BadInputError
 from hdprog.store.uploads import TestFacts, said_otherwise
 from hdprog.web.api.models import TestAccepted, problems
-from hdprog.web.facts import facts_of_form
+from hdprog.web.facts import FIELDS, facts_of_form
 from hdprog.web.lookup import drive_named
 from hdprog.web.names import DriveName
 from hdprog.web.security.identity import WritingProgram
@@ -18,14 +18,15 @@ from hdprog.web.service import service_of
 
 router = APIRouter(prefix="/api/v1", tags=["tests"])
 
+_MOST_TOLD = 10  # unknown fields
 # A form without them is refused in words of ours, not of the form's reader, which would know.
 _HOURS_REQUIRED = {
     "requestBody": {"content": {"multipart/form-data": {"schema": {"required": ["service_hours"]}}}}
 }
 
 
-async def one_file(request: Request, who: WritingProgram) -> None:
-    """Refuse what would be let fall in silence: all files but the last.
+async def one_file(request: Request, who: WritingProgram) -> tuple[str, ...]:
+    """Refuse what would be let fall in silence, all files but the last; give unknown fields.
 
     Who asks comes first: without a token there is nothing to be told of the file.
 
@@ -34,7 +35,8 @@ async def one_file(request: Request, who: WritingProgram) -> None:
     BadInputError
         for no file or several
     """
-    files = (await request.form()).getlist("file")
+    form = await request.form()
+    files = form.getlist("file")
     if len(files) != 1 or not isinstance(files[0], StarletteFile):
         found = f"{len(files)} of them" if len(files) > 1 else "no file with a name"
         raise BadInputError(
@@ -43,18 +45,19 @@ async def one_file(request: Request, who: WritingProgram) -> None:
             "one file, the record of one test",
             "Send each record in a request of its own, as a file of multipart/form-data.",
         )
+    return tuple(dict.fromkeys(name for name in form if name != "file" and name not in FIELDS))
 
 
 @router.post(
     "/drives/{drive_id}/tests",
     status_code=202,
     responses=problems(400, 401, 403, 404, 413, 422, 507),
-    dependencies=[Depends(one_file)],
     openapi_extra=_HOURS_REQUIRED,
 )
 def upload_test(
     request: Request,
     who: WritingProgram,
+    unknown: Annotated[tuple[str, ...], Depends(one_file)],
     drive_id: DriveName,
     facts: Annotated[TestFacts, Depends(facts_of_form)],
     file: Annotated[UploadFile, File(description="The record, as hdprog check reads it.")],
@@ -62,7 +65,8 @@ def upload_test(
     """Upload the record of a test, with its service hours.
 
     A record that cannot be read is refused with the words of `hdprog check`. The same record
-    again is the same test. What makes one doubt that it is this drive's is among the warnings.
+    again is the same test. What makes one doubt that it is this drive's is among the warnings,
+    and so are fields of other names than those here, which are not used.
     """
     service = service_of(request)
     with service.store.reading() as session:
@@ -70,6 +74,11 @@ def upload_test(
     service.require_room()
     taken = service.take_in(who.actor, name, file.file, file.filename or "", facts, accepted=True)
     doubts = [] if taken.doubt is None else [taken.doubt]
+    doubts += [
+        f"field {name[:40]!r}: found no field of that name here, so that its value was not used; "
+        f"expected only file, {', '.join(FIELDS)}. Correct the name, and the test on its page."
+        for name in unknown[:_MOST_TOLD]
+    ]
     if otherwise := said_otherwise(taken.test, facts):
         doubts.append(
             f"This record is test {taken.test.label} of the drive already: its "
