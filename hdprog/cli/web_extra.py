@@ -81,7 +81,13 @@ def data_folder(given: Path | None) -> Path:
     """Settle where the data are."""
     from hdprog.store.files import default_data_folder
 
-    return default_data_folder() if given is None else given
+    folder = default_data_folder() if given is None else given
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(
+            f"--data: found a file at {folder}, expected a folder, or a name that is free. Give "
+            "another with --data DIR, or in HDPROG_DATA."
+        )
+    return folder
 
 
 def store_folder(given: Path | None) -> Path:

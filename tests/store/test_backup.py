@@ -236,3 +236,15 @@ def test_a_folder_without_a_store_has_nothing_to_give(
         assert done.exit_code == 2
         assert "found no store in" in done.output
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", ["user list", "token add robot", "serve --port 0"])
+def test_a_file_in_place_of_the_data_folder_is_no_mistake_of_the_program(
+    tmp_path: Path, command: str
+) -> None:
+    file = tmp_path / "hdprog.db"
+    file.write_text("mine")
+    done = CliRunner().invoke(app, [*command.split(), "--data", str(file)])
+    assert done.exit_code == 2
+    assert f"--data: found a file at {file}, expected a folder" in " ".join(done.output.split())
+    assert file.read_text() == "mine"
