@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
+from hdprog.reporting.summary import summary_json
+from hdprog.results import DriveResult
 from hdprog.store import jobs
 from hdprog.store.audit import COMMAND_LINE
 from hdprog.store.drives import find_drive
-from tests.reporting.drives import wearing
+from hdprog.web.service import Service
+from tests.reporting.drives import not_converged, wearing
 from tests.store.samples import add_sample
 from tests.web.conftest import ClientOf, service_in
 from tests.web.server import text_of
@@ -166,3 +171,34 @@ def test_a_job_page_that_loads_itself_again_drops_what_was_said(person: ClientOf
         assert waiting is not None
         assert jobs.finish(session, waiting, jobs.start(session, waiting), None)
     assert "waits for its turn" not in engineer.get(address).text
+
+
+def test_a_drives_page_tells_what_the_fleet_counts_as_its_warnings(person: ClientOf) -> None:
+    """The fleet said "2 warnings", and one that no test gave stood in the full report alone."""
+    viewer = person("viewer")
+    service = service_in(viewer)
+    result = replace(wearing(), warnings=("The prior is centred on the first record.",))
+    name = analysed(service, result)
+    keep_summary(service, name, result)
+    assert "2 warnings" in text_of(viewer.get("/", params={"q": name}).text)
+    assert (
+        "<li>The prior is centred on the first record.</li>" in viewer.get(f"/drives/{name}").text
+    )
+
+
+def test_who_is_to_run_again_with_another_seed_is_told_how(person: ClientOf) -> None:
+    """No page takes a seed."""
+    viewer = person("viewer")
+    page = text_of(viewer.get(f"/drives/{analysed(service_in(viewer), not_converged())}").text)
+    assert "run again with another seed" in page
+    assert "hdprog run FOLDER --seed 1" in page
+
+
+def keep_summary(service: Service, name: str, result: DriveResult) -> None:
+    with service.store.reading() as session:
+        drive = find_drive(session, name)
+        assert drive is not None
+        assert drive.analysis_id is not None
+        folder = service.store.files.analysis(drive.analysis_id)
+    folder.mkdir()
+    (folder / "summary.json").write_text(json.dumps(summary_json(result)), "utf-8")

@@ -50,9 +50,19 @@ def drive_page(request: Request, who: Viewer, drive_id: DriveName) -> Response:
             "overtaken": drive.id in analyses.overtaken(session, [drive]),
             "last_job": next(iter(jobs.jobs_of(session, drive, 1)), None),
             "pictures": pictures(service, drive.analysis_id),
+            "warnings": warnings(service, drive.analysis_id),
             "verdict": next((one for one in history if one.id == drive.analysis_id), None),
         }
     return render_of_drive(request, "drive.html", content, context, who=who)
+
+
+def warnings(service: Service, analysis: str | None) -> list[str]:
+    """Give what an analysis warns of in the drive and its trend; tests have pages of their own."""
+    if analysis is None or not (service.store.files.analysis(analysis) / "summary.json").is_file():
+        return []
+    summary = analyses.summary_of(service.store.files, analysis)
+    of_trend = (summary.get("trend") or {}).get("warnings", [])
+    return list(dict.fromkeys([*summary.get("warnings", []), *of_trend]))
 
 
 def pictures(service: Service, analysis: str | None) -> list[dict[str, Any]]:
