@@ -200,3 +200,15 @@ def test_files_dropped_on_the_form_are_chosen(browser: Browser, server: Server) 
     )
     assert page.evaluate("document.querySelector('#files').files[0].name") == "dropped.csv"
     assert "dropped.csv" in page.inner_text("[data-hint]")
+
+
+def test_what_is_to_be_filled_in_is_not_on_paper(browser: Browser, server: Server) -> None:
+    with server.api() as api:
+        assert api.post("/drives", json={"drive": {"id": "on-paper"}}).status_code == 201
+    page = open_page(browser, server, script=False, width=1200)
+    for address, ours in (("/", "#q"), ("/drives/on-paper", "#upload")):
+        page.goto(address)
+        assert page.is_visible(ours)
+        page.emulate_media(media="print")
+        assert not page.is_visible(ours)
+        page.emulate_media(media="screen")
