@@ -74,6 +74,7 @@ def test_every_operation_has_a_summary_and_its_refusals(served: tuple[TestClient
     assert len(operations) >= 9
     for one in operations:
         assert one["description"]
+        assert "503" in one["responses"]
         if one["tags"] != ["health"]:
             assert "401" in one["responses"]
 

@@ -117,7 +117,7 @@ class JobState(BaseModel):
 
 
 def problems(*codes: int) -> Responses:
-    """Describe the refusals of an operation."""
+    """Describe the refusals of an operation; any may find that the database does not answer."""
     words = {
         400: "The request is not what its form says.",
         401: "No valid token.",
@@ -126,6 +126,7 @@ def problems(*codes: int) -> Responses:
         409: "It is there already.",
         413: "More than the server takes in.",
         422: "What was sent cannot be used; the words say why.",
+        503: "The database does not answer.",
         507: "The server's disk is full.",
     }
-    return {code: {"model": Problem, "description": words[code]} for code in codes}
+    return {code: {"model": Problem, "description": words[code]} for code in sorted({*codes, 503})}
