@@ -60,13 +60,13 @@ class Problem:
 
 def two_tests() -> Problem:
     """Tests at 0 and 1 500 h, linearised at their joint mode."""
-    return worn_by([0.6, 0.9], NEW + 0.7 * WEAR)
+    return worn_by([0.6, 0.9], NEW + 0.7 * WEAR, points=80)
 
 
-def worn_by(wear: Sequence[float], start: np.ndarray) -> Problem:
+def worn_by(wear: Sequence[float], start: np.ndarray, points: int = 200) -> Problem:
     """Tests of a drive whose wear is given, from 0 to 1 500 h, linearised at their joint mode."""
     hours = np.linspace(0.0, 1500.0, len(wear))
-    tests = wearing_drive(np.random.default_rng(4), np.array(wear), hours, points=80)
+    tests = wearing_drive(np.random.default_rng(4), np.array(wear), hours, points=points)
     timeline, _ = Timeline.of(tests, ServiceClock.of(tests), WEAR_PRIOR)
     values = Hyperparameters.of(FIXED, WEAR_PRIOR)
     steps = Steps.of(timeline, values, STATE_PRIOR, WEAR_PRIOR)
