@@ -11,8 +11,9 @@ import pytest
 
 from hdprog import workflow
 from hdprog.cli.exits import ExitCode
+from hdprog.trend import fitting
 from tests.cli.conftest import Invoke
-from tests.hasty import SHORT
+from tests.hasty import HASTY, SHORT
 from tests.independent.loops import programme, record_loop, worn_parameters, write_csv
 from tests.independent.simulator import ARCMIN, true_figures
 
@@ -81,8 +82,9 @@ def test_play_that_grows_is_followed_and_counts_once(invoke: Invoke, tmp_path: P
 def test_play_that_comes_at_once_is_a_step_and_no_wear(
     invoke: Invoke, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Loops are sampled shortly: a step is told by their modes."""
+    """Sampled shortly, by themselves and together: a step is told by the loops' modes."""
     monkeypatch.setattr(workflow, "QUICK", SHORT)
+    monkeypatch.setattr(fitting, "JOINT_QUICK", HASTY)
     hours = (0.0, 300.0, 600.0, 900.0, 1500.0)
     lost_motion = write_drive(tmp_path / "axis", hours, (0, 0, 1, 1, 1))
     shown = invoke("run", "axis", "--quick", "--seed", "1", "--out", "found")
