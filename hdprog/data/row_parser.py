@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from hdprog.data.columns import Column
 from hdprog.data.numbers import is_number, may_hold_thousands
+from hdprog.data.row_refusals import SHEET_ERROR, bad_cell, ragged
 from hdprog.errors import BadInputError
-from hdprog.units import ISO_8601, find_unit
+from hdprog.units import ISO_8601
 
 __all__ = [
-    "SHEET_ERROR",
     "Block",
     "Layout",
     "RowParser",
@@ -27,11 +27,6 @@ __all__ = [
     "no_data",
 ]
 
-SHEET_ERROR = re.compile(r"#(?:N/A|NV|[A-ZÄÖÜ0/_]+[!?]|##+)")
-"""What a spreadsheet writes into a cell whose formula fails (#N/A, #DIV/0!, #WERT!), and, as text,
-into one of a column that is too narrow for its number or date (########)."""
-
-_MEASURED = re.compile(r"[+-]?[\d.,]*\d(?:[eE][+-]?\d+)?\s*")  # the number before a unit
 _EPOCH = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
 _YEARS = range(1678, 2262)  # whole ones that 64 bits of nanoseconds hold
 _MICROSECOND = datetime.timedelta(microseconds=1)
@@ -195,7 +190,7 @@ class RowParser:
                 continue
             self.refuse_empty_row()
             if len(cells) != layout.width:
-                raise self._ragged(row, cells)
+                raise ragged(cells, row, layout.file, layout.header_row, layout.width)
             if not all(matches(cells[index], wanted) for index, wanted in layout.selection):
                 continue
             kept.append(row)
@@ -249,12 +244,12 @@ class RowParser:
         elif "." in cell and self.decimal is None:
             self.decimal = "."
         elif "." in cell and self.decimal == ",":
-            raise self._bad_cell(cell, row, column)
+            raise self._bad(cell, row, column)
         if not is_number(text):
-            raise self._bad_cell(cell, row, column)
+            raise self._bad(cell, row, column)
         value = float(text)
         if not math.isfinite(value):
-            raise self._bad_cell(cell, row, column)
+            raise self._bad(cell, row, column)
         self.separators[column.index].note(cell, row)
         return value
 
@@ -297,83 +292,6 @@ class RowParser:
         where = f"{self.layout.file}, row {row}, column '{column.header}'"
         return BadInputError(found, where, expected, advice)
 
-    def _bad_cell(self, cell: str, row: int, column: Column) -> BadInputError:
-        """Name a cell that is no finite number, and what may lie behind it."""
-        found, expected = f"the text '{cell[:60]}'", "a number"
-        advice = "Correct the cell, or remove the row."
-        folded = cell.casefold().lstrip("+-")
-        if not cell:
-            found = "an empty cell"
-            advice = "Fill the cell in, or remove the row."
-        elif re.fullmatch("#{3,}", cell):
-            found = f"'{cell[:60]}' (of a column of the spreadsheet that is too narrow)"
-            advice = "Make the column wider in the spreadsheet, and export the file again."
-        elif SHEET_ERROR.fullmatch(cell):
-            found = f"'{cell}' (an error of the spreadsheet)"
-            advice = "Mend the formula behind the cell, or remove the row."
-        elif folded in {"nan", "na", "n/a", "null", "none"}:
-            found, expected = f"'{cell}' (no value)", "a finite number"
-        elif folded in {"inf", "infinity"} or is_number(cell.replace(",", ".")):
-            found, expected = f"'{cell}'", "a finite number"
-            if "," in cell or "." in cell:
-                expected = f"a number with the decimal sign '{self.decimal or '.'}' as before"
-                advice = "Write all numbers of the file with the same decimal sign."
-        elif is_number(re.sub("[dD]", "e", cell.replace(",", "."), count=1)):
-            advice = "Export the file with E in exponents, like 1.5E-05, or without exponents."
-        elif is_number(re.sub("[\u2212\u2013]", "-", cell.replace(",", "."))):
-            expected += " with a plain minus sign"
-            advice = "Replace the typographic minus signs of the file by '-'."
-        elif _MEASURED.match(cell) and find_unit(_MEASURED.sub("", cell)) is not None:
-            expected += " alone"
-            advice = "Write the unit into the header, like torque_Nm, and remove it from the rows."
-        elif re.fullmatch(r"[+-]?\d{1,3}(?:[.,'\u2019\s]\d{3})+(?:[.,]\d+)?", cell):
-            advice = "Export the file without thousands separators."
-        elif row == self.layout.header_row + 1 and find_unit(cell.strip("[]()")) is not None:
-            advice = (
-                "A row of units is not read: write the units into the header, like torque_Nm, and "
-                "remove the row."
-            )
-        elif column.role == "time" and ":" in cell:
-            expected = "a number, as the column's unit says"
-            advice = "Record the time in seconds, or as ISO 8601 (2025-03-09T14:21:08.5)."
-        return self._error(found, row, column, expected, advice)
-
-    def _ragged(self, row: int, cells: Sequence[str]) -> BadInputError:
-        width = self.layout.width
-        advice = "Correct or remove the row; it may be cut short, or hold a column sign too many."
-        if len(cells) == width + 1 and not cells[-1].strip():
-            advice = (
-                "The row ends with a column sign. Where all rows do, end the header with one, too; "
-                "else remove it."
-            )
-        elif len(cells) == 1 and width > 1 and row == self.layout.header_row + 1:
-            advice = (
-                "Part the columns of all rows by the sign that parts those of the header. Where "
-                "the row is a remark, remove it."
-            )
-        elif len(cells) == width - 1 and row == self.layout.header_row + 1:
-            advice = (
-                "Where all rows have as many, the header names a column that they lack, such as "
-                "the Comment of LabVIEW, or ends with a column sign: remove that from the header."
-            )
-        elif (
-            len(cells) == width + 1
-            and row == self.layout.header_row + 1
-            and any("." in cell for cell in cells)  # else a decimal comma may part a number
-        ):
-            advice = (
-                "The header may lack the name of the first column, which some programs write for "
-                "the numbers of rows alone: name it there, or leave it out (in R, write.table with "
-                "row.names = FALSE)."
-            )
-        elif len(cells) in {2 * width, 2 * width - 1}:
-            advice = (
-                "If the numbers have decimal commas, export the file with semicolons or tabs "
-                "between the columns."
-            )
-        return BadInputError(
-            f"{len(cells)} cells",
-            f"{self.layout.file}, row {row}",
-            f"{width}, as many as the header in row {self.layout.header_row} has",
-            advice,
-        )
+    def _bad(self, cell: str, row: int, column: Column) -> BadInputError:
+        first = row == self.layout.header_row + 1
+        return bad_cell(cell, row, column, self.layout.file, self.decimal, first=first)

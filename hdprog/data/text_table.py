@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from hdprog.data.columns import find_columns, find_selection
 from hdprog.data.row_parser import (
-    SHEET_ERROR,
     Block,
     Layout,
     RowParser,
@@ -26,6 +25,7 @@ from hdprog.data.row_parser import (
     matches,
     no_data,
 )
+from hdprog.data.row_refusals import SHEET_ERROR
 from hdprog.data.text_stream import decode, line_blocks
 from hdprog.errors import BadInputError
 from hdprog.units import ISO_8601

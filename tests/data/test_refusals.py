@@ -46,7 +46,7 @@ def changed(row: int, line: str) -> str:
         ("1e999,1.0", ["'1e999'", "finite"]),
         (",1.0", ["an empty cell"]),
         (",", ["a row without any value"]),
-        ("1.0", ["1 cells", "2, as many"]),
+        ("1.0", ["1 cell", "2, as many"]),
         ("1.0,2.0,3.0", ["3 cells"]),
         ("1.0,2.0,", ["3 cells", "ends with a column sign", "end the header with one, too"]),
         ("1,5,2,5", ["4 cells", "semicolons"]),
@@ -61,7 +61,7 @@ def changed(row: int, line: str) -> str:
         ("1_000,1", ["'1_000'"]),
         ("True,1", ["'True'"]),
         ("\u0661,1", ["'\u0661'"]),
-        ('"1.0,2.0', ["1 cells"]),
+        ('"1.0,2.0', ["1 cell"]),
     ],
 )
 @pytest.mark.parametrize("row", [2, 57, len(LINES)])
@@ -282,6 +282,18 @@ def test_a_row_of_units_is_told_at_once(tmp_path: Path, units: str) -> None:
     for row in ("1,2", "Nm,2", "x,y"):
         text = f"Torque,Angle\n{row}\n" + "\n".join(LINES[1:])
         assert "--columns torque=Torque:Nm" in refused(write(tmp_path / "a.csv", text))
+
+
+@pytest.mark.parametrize(("below", "contradicts"), [("mNm,rad", True), ("N m,rad", False)])
+def test_a_row_of_units_that_contradicts_the_header_is_told(
+    tmp_path: Path, below: str, contradicts: bool
+) -> None:
+    """With that row removed, as was advised, torques were a thousand times too large."""
+    text = f"torque_Nm,angle_rad\n{below}\n" + "\n".join(LINES[1:])
+    message = refused(write(tmp_path / "a.csv", text))
+    assert ("no other unit than the column's, which is Nm" in message) == contradicts
+    assert ("which of the two is right" in message) == contradicts
+    assert "remove the row" in message
 
 
 def test_a_time_without_unit_can_be_given_one_or_left_out(tmp_path: Path) -> None:
