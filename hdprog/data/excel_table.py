@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import itertools
+import warnings
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -64,18 +65,21 @@ def read_excel_table(
         openpyxl is missing, this is no workbook, more than one sheet holds something, and what is
         refused of a text file.
     """
-    workbook = _open(path)
-    try:
-        return _read(workbook, path, columns, select)
-    except BadInputError:
-        with suppress(*_DAMAGED, *_UNKNOWN_PARTS):  # past what was refused: that stands
-            if found := _not_worked_out(path):
-                raise found from None
-        raise
-    except _DAMAGED as error:
-        raise _unreadable(path, error) from error
-    finally:
-        workbook.close()
+    with warnings.catch_warnings():
+        # Of parts beside the cells, which are not read: styles, forms, links to other files.
+        warnings.filterwarnings("ignore", category=UserWarning, module="openpyxl")
+        workbook = _open(path)
+        try:
+            return _read(workbook, path, columns, select)
+        except BadInputError:
+            with suppress(*_DAMAGED, *_UNKNOWN_PARTS):  # past what was refused: that stands
+                if found := _not_worked_out(path):
+                    raise found from None
+            raise
+        except _DAMAGED as error:
+            raise _unreadable(path, error) from error
+        finally:
+            workbook.close()
 
 
 def _read(

@@ -393,7 +393,9 @@ def test_an_iso_time_that_is_none_is_named(tmp_path: Path, cell: str, at: int) -
         read_loop(path)
 
 
+@pytest.mark.filterwarnings("error::UserWarning")
 def test_a_strict_workbook_is_not_said_to_be_empty(tmp_path: Path) -> None:
+    """Nor told of in the words of the package that reads workbooks."""
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()
     book.active.append(["torque_Nm", "angle_rad"])
