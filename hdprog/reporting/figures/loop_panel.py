@@ -37,7 +37,7 @@ from hdprog.reporting.style import (
 from hdprog.results import TestResult
 
 _MOST_ROWS = 200  # in the file of a panel's numbers: a report may hold a dozen of them
-"""Correlation of neighbouring residuals from which the report says that structure remains."""
+_FEW = 0.02  # of a record's readings at either end, which may fall outside the axes
 
 
 @dataclass(frozen=True)
@@ -47,13 +47,15 @@ class PanelScales:
     Attributes
     ----------
     angle, torque : limits in the reader's units
-    straightened : limits of the angle less its straight line
+    straightened : limits of the angle less its straight line, with the readings
+    straightened_fits : the same of the fitted curves alone
     residual : half the height in µrad of the residual strip
     """
 
     angle: tuple[float, float]
     torque: tuple[float, float]
     straightened: tuple[float, float]
+    straightened_fits: tuple[float, float]
     residual: float
 
     @staticmethod
@@ -62,9 +64,11 @@ class PanelScales:
         fits = [test.fit for test in tests]
         angle = [loop_angle().factor * (fit.angle - angle_zero(fit)) for fit in fits]
         bent = [straightened(fit, fit.fitted, fit.torque) for fit in fits]
+        readings = [straightened(fit, fit.angle, fit.torque) for fit in fits]
         return PanelScales(
             _padded(angle),
             _padded([loop_torque().factor * fit.torque for fit in fits]),
+            _widened(_padded(bent), readings),
             _padded(bent),
             residual_scale(tests),
         )
@@ -74,6 +78,12 @@ def _padded(series: Sequence[FloatArray]) -> tuple[float, float]:
     low, high = min(map(np.min, series)), max(map(np.max, series))
     margin = 0.06 * (high - low)
     return float(low - margin), float(high + margin)
+
+
+def _widened(limits: tuple[float, float], series: Sequence[FloatArray]) -> tuple[float, float]:
+    """Limits that hold the readings too, but for the few that may be spikes."""
+    low, high = _padded([np.quantile(each, (_FEW, 1.0 - _FEW)) for each in series])
+    return min(limits[0], low), max(limits[1], high)
 
 
 def loop_panel(test: TestResult, scales: PanelScales) -> Picture:

@@ -56,7 +56,7 @@ def loops_overlay(tests: Sequence[TestResult], scales: PanelScales) -> Picture:
         axes.xaxis.set_major_formatter(THOUSANDS)
         axes.yaxis.set_major_formatter(THOUSANDS)
     loop.set_xlim(*scales.angle)
-    bent.set_xlim(*scales.straightened)
+    bent.set_xlim(*scales.straightened_fits)
     bent.tick_params(labelleft=False)
     loop.set_xlabel(f"torsion angle [{seen.unit}]")
     bent.set_xlabel(f"less its straight line [{seen.unit}]")
