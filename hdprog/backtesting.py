@@ -25,7 +25,7 @@ from hdprog.inference.prepare import scales_of
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import Prior
 from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
-from hdprog.outcome import write_beside_report
+from hdprog.outcome import in_a_line, write_beside_report
 from hdprog.parallel import hold_blas_to_one_thread, process_executor, spread_over
 from hdprog.results import Provenance
 from hdprog.tests_of_drive import fit_tests, with_rated_torque
@@ -45,9 +45,9 @@ class Backtest:
 
     def __repr__(self) -> str:
         """Return what this is, for a notebook; all numbers would fill pages."""
-        names = ", ".join(drive.drive_id for drive in self.result.drives)
-        state = "converged" if self.converged else "not converged"
-        return f"<{type(self).__name__} of {names}: {state}; its words are in .sentence>"
+        return in_a_line(
+            self, (drive.drive_id for drive in self.result.drives), converged=self.converged
+        )
 
     @property
     def converged(self) -> bool:

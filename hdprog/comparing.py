@@ -19,7 +19,7 @@ from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.inference.prepare import prepare
 from hdprog.inference.until_converged import FULL, QUICK
-from hdprog.outcome import write_beside_report
+from hdprog.outcome import in_a_line, write_beside_report
 from hdprog.parallel import hold_blas_to_one_thread, process_executor, spread_over
 from hdprog.physics.other_models import MODELS
 from hdprog.results import Provenance
@@ -42,9 +42,7 @@ class ComparisonOutcome:
 
     def __repr__(self) -> str:
         """Return what this is, for a notebook; all numbers would fill pages."""
-        names = ", ".join(model.id for model in self.models)
-        state = "converged" if self.converged else "not converged"
-        return f"<{type(self).__name__} of {names}: {state}; its words are in .sentence>"
+        return in_a_line(self, (model.id for model in self.models), converged=self.converged)
 
     @property
     def models(self) -> tuple[ComparedModel, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -37,6 +37,13 @@ def results_in(out: Path) -> tuple[str, ...]:
     return _RESULTS if (out / "summary.json").is_file() else ()
 
 
+def in_a_line(result: object, names: Iterable[str], *, converged: bool) -> str:
+    """Say what a result is and of what, for a notebook, whose pages all its numbers would fill."""
+    state = "converged" if converged else "not converged"
+    of = ", ".join(names)
+    return f"<{type(result).__name__} of {of}: {state}; its words are in .sentence>"
+
+
 def write_beside_report(out: Path, name: str, document: Mapping[str, Any], report: str) -> None:
     """Write a JSON document and report.html into a folder, whole or not at all.
 
@@ -66,9 +73,7 @@ class Outcome:
 
     def __repr__(self) -> str:
         """Return what this is, for a notebook; the draws would fill pages."""
-        names = ", ".join(test.test_id for test in self.tests)
-        state = "converged" if self.converged else "not converged"
-        return f"<{type(self).__name__} of {names}: {state}; its words are in .sentence>"
+        return in_a_line(self, (test.test_id for test in self.tests), converged=self.converged)
 
     @property
     def tests(self) -> tuple[TestResult, ...]:
