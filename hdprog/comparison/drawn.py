@@ -12,7 +12,6 @@ from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.fit_other import fit_other
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.prepare import Prepared, settle_noise
-from hdprog.inference.sampler import ENSEMBLES, WALKERS
 from hdprog.inference.starting_points import StartingPoint
 from hdprog.inference.until_converged import SamplingPlan
 from hdprog.physics.other_models import BY_ID
@@ -58,7 +57,9 @@ def drive_draws(prepared: Prepared, rng: np.random.Generator, plan: SamplingPlan
         posterior.noise_scale,
         posterior.diagnostics,
         posterior.converged,
-        f"{ENSEMBLES} independent emcee ensembles of {WALKERS} walkers",
+        "{ensembles:.0f} independent emcee ensembles of {walkers:.0f} walkers".format(
+            **posterior.sampling
+        ),
         posterior.sampling,
     )
 

@@ -122,7 +122,8 @@ def sample_posterior(
     sampled = likelihood if linearised is None else linearised.sampled
     posterior = RidgePosterior(sampled)
     modes = [_without_effects(start) for start in starts]
-    states = initial_states(posterior, modes, rng, parts)
+    plan = plan.suited_to(sampled.blocks)
+    states = initial_states(posterior, modes, rng, parts, walkers=plan.walkers)
     chains, diagnostics, sampling, converged = sample_until_converged(
         posterior, states, plan, rng, executor, progress
     )

@@ -175,7 +175,6 @@ def _ensembles(
     chains, diagnostics, sampling, converged = sample_until_converged(
         posterior, states, plan, rng, None, None
     )
-    sampling["walkers"] = float(walkers)
     del sampling["evaluations"]
     every = -(-chains.shape[1] // plan.stored_steps)
     return _posterior(

@@ -12,7 +12,6 @@ import numpy as np
 from hdprog.inference.diagnostics import LENGTHS, Diagnostics, autocorrelation_time, diagnose
 from hdprog.inference.mixture_proposal import Mixture, fit_mixture
 from hdprog.inference.sampler import (
-    ENSEMBLES,
     INDEPENDENT,
     WALKERS,
     EnsembleState,
@@ -30,7 +29,10 @@ _TAIL_DEGREES = 6.0  # of Student's t where the Gaussians' tails have held walke
 _FEWER_AFTER, _FEWER = 4, 0.5
 _MORE_SEEN = 4  # or chains so many times as long as those that it was fitted to
 _FURTHER_FITS = 2  # of the proposal, beyond the bound
-_MIXTURE_DRAWS = 6000
+# Blocks below which kinks hide between readings: what lies beyond the next reading is a tail of its
+# own, which few walkers do not find in the time that their diagnostics ask for.
+_FEW_BLOCKS = 40
+_WIDE_TEMPERATURE = 2.0
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,10 @@ class SamplingPlan:
     further_steps : where the bound is reached without convergence, that many more behind fits of
         the proposal to all that was seen
     refits : times that the proposal is fitted anew where sampling stays slow
+    wide_steps : at twice the temperature before the first of these fits, and as many more before
+        each later one: the proposal is fitted to what is seen there, too
+    fitted_draws : to which the proposal is fitted, of each temperature
+    walkers : of each ensemble
     stored_steps : steps kept for each walker after thinning
     """
 
@@ -62,7 +68,22 @@ class SamplingPlan:
     most_steps: int = 10_000
     further_steps: int = 0
     refits: int = 6
+    wide_steps: int = 0
+    fitted_draws: int = 6000
+    walkers: int = WALKERS
     stored_steps: int = 125
+
+    def suited_to(self, blocks: int) -> SamplingPlan:
+        """The plan for a record of so many blocks: few are cheap, and want a longer search."""
+        if blocks >= _FEW_BLOCKS:
+            return self
+        return replace(
+            self,
+            wide_steps=self.first_steps,
+            fitted_draws=10_000,
+            walkers=4 * self.walkers,
+            stored_steps=max(1, self.stored_steps // 4),
+        )
 
 
 FULL = SamplingPlan()
@@ -85,6 +106,7 @@ def sample_until_converged(
 ) -> tuple[FloatArray, Diagnostics, dict[str, float], bool]:
     """Warm up, freeze the proposal, sample until all diagnostics pass or the bound is reached."""
     spread = map if executor is None else executor.map
+    ensembles, walkers = sum(len(one.position) for one in states), states[0].position.shape[1]
     steps_done = refits = 0
 
     def advance(
@@ -108,7 +130,7 @@ def sample_until_converged(
     for steps, temperature, components in parts:
         chains, _, states = advance(steps, mixture, temperature)
         # The part before was wider: the proposal keeps what it saw.
-        late = [*late[-1:], _some(chains[:, steps // 2 :])]
+        late = [*late[-1:], _some(chains[:, steps // 2 :], plan.fitted_draws)]
         mixture = fit_mixture(np.concatenate(late), components, rng)
     if redraw is not None and not redraw.concerns(np.concatenate(late)).any():
         redraw = None  # of no use to this record
@@ -123,7 +145,16 @@ def sample_until_converged(
         if tau > _SLOW and refits < fits and worth_it:
             # The proposal misses part of the posterior: what was seen so far becomes warm-up.
             slowest, fitted_to = tau, total
-            again = fit_mixture(_some(ridge), plan.components[-1] + 4 * refits + 2, rng)
+            seen = _some(ridge, plan.fitted_draws)
+            if plan.wide_steps:
+                wide_steps, here = (refits + 1) * plan.wide_steps, states
+                wide, _, there = advance(wide_steps, mixture, _WIDE_TEMPERATURE)
+                states = [
+                    replace(one, position=was.position)
+                    for one, was in zip(there, here, strict=True)
+                ]
+                seen = np.concatenate([seen, _some(wide[:, wide_steps // 4 :], plan.fitted_draws)])
+            again = fit_mixture(seen, plan.components[-1] + 4 * refits + 2, rng)
             mixture = replace(again, degrees=_TAIL_DEGREES)
             warm_up, refits = steps_done, refits + 1
             ridge, accepted, states = advance(plan.first_steps * refits, mixture)
@@ -148,21 +179,21 @@ def sample_until_converged(
         ridge = np.concatenate([ridge, more], axis=1)
     sampling = {
         "effective_blocks": posterior.likelihood.block_degrees + 1.0,
-        "ensembles": float(ENSEMBLES),
-        "walkers": float(WALKERS),
+        "ensembles": float(ensembles),
+        "walkers": float(walkers),
         "warm_up_steps": float(warm_up),
         "steps": float(total),
         "autocorrelation_time": tau,
         "acceptance": accepted,
-        "evaluations": float(steps_done * ENSEMBLES * WALKERS),
+        "evaluations": float(steps_done * ensembles * walkers),
     }
     return chains, diagnostics, sampling, converged
 
 
-def _some(ridge: FloatArray) -> FloatArray:
-    """At most a few thousand positions (positions, 9), evenly spaced in all chains."""
+def _some(ridge: FloatArray, most: int) -> FloatArray:
+    """At most so many positions (positions, 9), evenly spaced in all chains."""
     pooled = ridge.reshape(-1, ridge.shape[-1])
-    chosen = np.linspace(0, len(pooled) - 1, min(len(pooled), _MIXTURE_DRAWS)).astype(int)
+    chosen = np.linspace(0, len(pooled) - 1, min(len(pooled), most)).astype(int)
     return np.asarray(pooled[chosen])
 
 
