@@ -8,10 +8,10 @@ from typing import Any
 
 
 def number(value: float | None) -> float | None:
-    """A finite number as JSON has it, else null."""
+    """A finite number as JSON has it, a zero without a sign; else null."""
     if value is None or not math.isfinite(value):
         return None
-    return float(value)
+    return float(value) + 0.0  # −0 + 0 is 0
 
 
 def numbers(values: Iterable[float]) -> list[float | None]:

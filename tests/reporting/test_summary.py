@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from hdprog.reporting.json_values import numbers, quantiles
 from hdprog.reporting.summary import summary_json
 from hdprog.results import DriveResult
 from tests.reporting import drives
@@ -87,3 +88,8 @@ def test_units_come_with_the_numbers() -> None:
     assert units["lost_motion_arcmin"] == "arcmin"
     assert units["secant_stiffness_Nm_per_rad@14Nm"] == "Nm/rad"
     assert units["K_F"] == "Nm/rad"
+
+
+def test_a_zero_in_json_has_no_sign() -> None:
+    assert repr(numbers([-0.0, -1.0, float("nan")])) == "[0.0, -1.0, None]"
+    assert repr(quantiles({0.05: -0.0})) == "{'q05': 0.0}"
