@@ -21,6 +21,9 @@ _STATES = {
     "present": ("has no limit: present condition only", "have no limit: present condition only"),
 }
 
+# A sentence travels alone, without the label that says so beside it.
+_PROVISIONAL = " Not converged: this is provisional."
+
 
 def fleet_drive(
     folder: str, place: str, summary: Mapping[str, Any], *, explanation_converged: bool = True
@@ -47,7 +50,7 @@ def fleet_drive(
         "status": entry.status,
         "provisional": entry.provisional,
         "label": entry.label,
-        "sentence": entry.sentence,
+        "sentence": entry.sentence + (_PROVISIONAL if entry.provisional else ""),
         "rank": entry.rank,
         "rank_hours": entry.rank_hours,
         "tests": len(summary["tests"]),

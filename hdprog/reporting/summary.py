@@ -31,6 +31,7 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
     with shown_in(result.drive.report):  # words have the reader's units, numbers their own
         trend = None if result.trend is None else trend_json(result.trend, result.tests)
         declared = [keyboard_signs(text) for text in declared_words(result)]
+    sentences = [keyboard_signs(sentence) for sentence in said.sentences]
     return {
         "schema": SCHEMA,
         "hdprog_version": result.provenance.hdprog_version,
@@ -42,7 +43,7 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
             "provisional": said.provisional,
             "label": said.label,
             "text": keyboard_signs(said.text),
-            "sentences": [keyboard_signs(sentence) for sentence in said.sentences],
+            "sentences": sentences,
         },
         "next_test_hours": number(next_test_hours(result)),
         "tests": [test_json(test, by_test.get(test.test_id)) for test in result.tests],
@@ -52,7 +53,8 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
             {"load": number(one.load), "forecast": [_forecast(each) for each in one.forecasts]}
             for one in result.scenarios
         ],
-        "warnings": [*result.warnings, *declared],
+        # Whoever reads the warnings alone is told first what did not converge, as the verdict does.
+        "warnings": [*(sentences[:1] if said.provisional else []), *result.warnings, *declared],
         "units": _units(result),
         "report": {
             "angle_unit": result.drive.report.angle_unit,

@@ -6,6 +6,7 @@ from dataclasses import asdict
 
 import pytest
 
+from hdprog.reporting.fleet_index import fleet_drive
 from hdprog.reporting.fleet_words import fleet_entry
 from hdprog.reporting.sparkline import sparkline
 from hdprog.reporting.summary import summary_json
@@ -45,6 +46,16 @@ def test_what_did_not_converge_says_so_beside_the_sentence() -> None:
     assert entry.provisional
     assert "provisional" in entry.label
     assert not entry.sentence.startswith("Not converged")
+
+
+def test_the_one_sentence_of_fleet_json_says_that_it_is_provisional() -> None:
+    ends = [
+        fleet_drive("d", "d", summary_json(result))["sentence"].endswith(
+            ". Not converged: this is provisional."
+        )
+        for result in (drives.not_converged(), drives.healthy())
+    ]
+    assert ends == [True, False]
 
 
 @pytest.mark.parametrize("count", [1, 2])

@@ -93,3 +93,10 @@ def test_units_come_with_the_numbers() -> None:
 def test_a_zero_in_json_has_no_sign() -> None:
     assert repr(numbers([-0.0, -1.0, float("nan")])) == "[0.0, -1.0, None]"
     assert repr(quantiles({0.05: -0.0})) == "{'q05': 0.0}"
+
+
+def test_what_did_not_converge_comes_first_among_the_warnings() -> None:
+    summary = summary_json(drives.not_converged())
+    assert summary["warnings"][0] == summary["verdict"]["sentences"][0]
+    assert summary["warnings"][0].startswith("Not converged: ")
+    assert not any("onverged" in text for text in summary_json(drives.healthy())["warnings"])

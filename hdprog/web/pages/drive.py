@@ -57,12 +57,20 @@ def drive_page(request: Request, who: Viewer, drive_id: DriveName) -> Response:
 
 
 def warnings(service: Service, analysis: str | None) -> list[str]:
-    """Give what an analysis warns of in the drive and its trend; tests have pages of their own."""
+    """Give what an analysis warns of in the drive and its trend, beside what its verdict says.
+
+    Tests have pages of their own.
+    """
     if analysis is None or not (service.store.files.analysis(analysis) / "summary.json").is_file():
         return []
     summary = analyses.summary_of(service.store.files, analysis)
     of_trend = (summary.get("trend") or {}).get("warnings", [])
-    return list(dict.fromkeys([*summary.get("warnings", []), *of_trend]))
+    said = summary.get("verdict", {}).get("sentences", [])
+    return [
+        text
+        for text in dict.fromkeys([*summary.get("warnings", []), *of_trend])
+        if text not in said
+    ]
 
 
 def pictures(service: Service, analysis: str | None) -> list[dict[str, Any]]:
