@@ -269,6 +269,22 @@ def _refuse_contradictions(limits: Sequence[Limit], where: str) -> None:
             )
 
 
+# What others call the two sides of a limit; none of it is like their names here.
+_SIDES = {
+    "above": ("max", "maximum", "upper", "highest", "not_above"),
+    "below": ("min", "minimum", "lower", "lowest", "not_below"),
+}
+
+
+def _meant(key: str, known: tuple[str, ...]) -> str:
+    """Propose a key for one that is not known."""
+    word = key.lower()
+    for side, others in _SIDES.items():
+        if side in known and word.startswith(others):
+            return f"Did you mean {side}? It names the side that is past the limit."
+    return _nearest(key, known)
+
+
 def _nearest(word: str, known: Iterable[str]) -> str:
     matches = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
     return f"Did you mean {matches[0]}?" if matches else ""
@@ -312,7 +328,7 @@ def _in_words(error: ValidationError, where: str) -> BadInputError:
             f"the key {key}, which is not known here",
             place,
             "only " + ", ".join(known),
-            _nearest(key, known) or "Remove it or correct its name.",
+            _meant(key, known) or "Remove it or correct its name.",
         )
     if first["type"] == "missing" and len(path) == 1:
         needed = (n for n, field in _SECTIONS[key].model_fields.items() if field.is_required())
