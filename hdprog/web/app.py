@@ -8,7 +8,6 @@ from contextlib import asynccontextmanager
 from importlib.resources import files
 
 from fastapi import FastAPI
-from starlette.middleware.trustedhost import TrustedHostMiddleware
 from starlette.staticfiles import StaticFiles
 
 from hdprog import __version__
@@ -21,6 +20,7 @@ from hdprog.web.head import HeadAsGet
 from hdprog.web.pages import ROUTERS
 from hdprog.web.security.body_limit import BodyLimit
 from hdprog.web.security.headers import SecurityHeaders
+from hdprog.web.security.known_host import KnownHost
 from hdprog.web.service import Service
 
 
@@ -55,7 +55,7 @@ def create_app(settings: WebSettings) -> FastAPI:
     app.add_middleware(BodyLimit, most=settings.max_bytes, refuse=refusals.refuse)
     if settings.hosts:
         # Without a login a page elsewhere must not reach this one under a name of its own.
-        app.add_middleware(TrustedHostMiddleware, allowed_hosts=list(settings.hosts))
+        app.add_middleware(KnownHost, names=settings.hosts, refuse=refusals.refuse)
     app.add_middleware(SecurityHeaders)
     return app
 

@@ -203,11 +203,20 @@ def test_tricks_with_paths(person: ClientOf, path: str) -> None:
 
 
 def test_without_login_other_names_are_refused(tmp_path: Path) -> None:
-    settings = WebSettings(tmp_path, login=False, hosts=("localhost", "127.0.0.1"))
+    settings = WebSettings(tmp_path, login=False, hosts=("localhost", "127.0.0.1", "[::1]"))
     with TestClient(create_app(settings), base_url="http://127.0.0.1:8000") as client:
         assert client.get("/").status_code == 200
         assert "Log out" not in text_of(client.get("/").text)
-        assert client.get("/", headers={"host": "evil.example"}).status_code == 400
+        for host in ("LOCALHOST", "[::1]:8000"):
+            assert client.get("/", headers={"host": host}).status_code == 200
+        for host in ("evil.example", "evil.example:8000", "127.0.0.1@evil.example", "[", ""):
+            refused = client.get("/", headers={"host": host})
+            assert refused.status_code == 400
+            assert "expected one of localhost, 127.0.0.1, [::1], as" in text_of(refused.text)
+            assert "csrf" not in refused.text
+        refused = client.get("/api/v1/drives", headers={"host": "evil.example"})
+        assert refused.status_code == 400
+        assert refused.json()["detail"].startswith("Host: found 'evil.example'; expected")
         assert client.get("/api/v1/drives").status_code == 401
 
 
