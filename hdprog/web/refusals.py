@@ -49,10 +49,13 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(Exception, _mistake)
 
 
-def refuse(request: Request, code: int, *problems: str, title: str | None = None) -> Response:
-    """Answer with a refusal."""
+def refuse(
+    request: Request, code: int, *problems: str, title: str | None = None, of_api: str = ""
+) -> Response:
+    """Answer with a refusal; `of_api` is said to programs alone."""
     if request.url.path.startswith("/api/"):
-        return JSONResponse({"detail": " ".join(problems), "problems": list(problems)}, code)
+        said = " ".join([*problems, *filter(None, [of_api])])
+        return JSONResponse({"detail": said, "problems": list(problems)}, code)
     return render(
         request,
         "refusal.html",
@@ -81,7 +84,16 @@ def _bad_input(request: Request, error: Exception) -> Response:
 
 def _unreadable(request: Request, error: Exception) -> Response:
     assert isinstance(error, UnreadableError)
-    return refuse(request, 422, *error.problems)
+    named = any(option in text for text in error.problems for option in ("--columns", "--select"))
+    return refuse(request, 422, *error.problems, of_api=_COLUMNS if named else "")
+
+
+# The problems are in the words of `hdprog check`, whose options no program can give.
+_COLUMNS = (
+    'In this API columns and rows are named with the drive, as "columns" and "select" of its '
+    "content: send all of it by PUT /api/v1/drives/{id}, with "
+    '{"columns": {"torque": "HEADER:Nm"}}, say, and then the record again.'
+)
 
 
 def _unknown(request: Request, error: Exception) -> Response:

@@ -147,7 +147,10 @@ def test_a_record_that_cannot_be_read_is_refused_as_check_does(
     wrong.write_text(loop_file.read_text().replace("torque_Nm", "torque", 1))
     answer = upload(api, wrong)
     assert answer.status_code == 422
-    assert answer.json()["problems"] == list(check_path(wrong).problems)
+    said = answer.json()
+    assert said["problems"] == list(check_path(wrong).problems)
+    assert said["detail"].startswith(said["problems"][0])
+    assert '{"columns": {"torque": "HEADER:Nm"}}' in said["detail"]  # no program has --columns
 
 
 @pytest.mark.parametrize(
