@@ -12,8 +12,9 @@ from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.data.noise_level import channel_noise, noise_sd, quantisation_step
 from hdprog.data.usable import branch_coverage
+from hdprog.physics.figures import LOST_MOTION_SHARE
 
-__all__ = ["doubts"]
+__all__ = ["doubts", "scale_doubts"]
 
 # Smallest to largest strain wave gears, with room to spare. Stiffness and torque go with the cube
 # of the size: a size 100 has 3.6 times the 1e6 Nm/rad of a CSG-65, and 64 times the 332 Nm of
@@ -22,6 +23,7 @@ _STIFFNESS_RANGE = (1e2, 5e6)  # Nm/rad
 _LARGEST_TORQUE = 3e4  # Nm
 _TWIST_RANGE = (3e-5, 0.3)  # rad at rated torque or at a record's largest, for every size
 _RATED_SHARE = (0.01, 30.0)  # of rated torque; ratcheting begins near 10 times rated torque
+_REACHED = 1.05  # times the largest torque: up to there a torque counts as reached
 _COARSER = 30.0  # a rig that records means of 1000 readings is finer than its steps by that much
 _RELATED = 0.3  # correlation of torque and angle; wide loops of worn drives have 0.9
 _FULL_ENOUGH = 0.9
@@ -66,7 +68,7 @@ def doubts(
             "The angle falls while the torque rises: one of the two has the wrong sign. Change it "
             "in the record; a fit of this one means nothing."
         )
-    yield from _scale(loop, abs(stiffness), drive)
+    yield from scale_doubts(loop, stiffness, drive)
     if drive is not None:
         yield from _resolution(loop, drive)
     yield from _new_turns(loop)
@@ -75,22 +77,35 @@ def doubts(
     yield from _short_branches(loop, turns)
 
 
-def _scale(loop: Loop, stiffness: float, drive: Drive | None) -> Iterator[str]:
+def scale_doubts(loop: Loop, stiffness: float, drive: Drive | None) -> Iterator[str]:
     """Compare torque, stiffness and twist with what drives can have: mistaken units are 1000 off.
 
     Stiffness (1/1000 to 1000 times) shows either channel's mistake on drives of middle size, twist
-    that of the angle on every drive.
+    that of the angle on every drive. Torque at the input is less by the ratio, 30 to 320.
+
+    Parameters and results are those of `doubts`.
     """
+    stiffness = abs(stiffness)
     rated = drive.rated_torque if drive is not None else None
     largest = float(np.abs(loop.torque).max())
     check = (
         "Check the units of torque and angle: 1000 is the step from Nm to kNm, from mNm or Nmm to "
         "Nm, and from mrad to rad."
     )
+    at_output = ""
+    if rated is not None and largest < rated:
+        at_output = " The torque has to be that at the output, not the motor's at the input."
     if rated is not None and not _RATED_SHARE[0] <= largest / rated <= _RATED_SHARE[1]:
         yield (
             f"The largest torque, {largest:.3g} Nm, is {largest / rated:.3g} times the drive's "
-            f"rated torque of {rated:g} Nm. {check}"
+            f"rated torque of {rated:g} Nm. {check}{at_output}"
+        )
+    elif rated is not None and _REACHED * largest < LOST_MOTION_SHARE * rated:
+        yield (
+            f"The largest torque, {largest:.3g} Nm, is {largest / rated:.3g} times the drive's "
+            f"rated torque of {rated:g} Nm: less than lost motion is read at, ±"
+            f"{LOST_MOTION_SHARE:.0%} of it. Check that it is the torque at the output, not the "
+            "motor's at the input, and its unit; else load the drive further."
         )
     elif rated is None and largest > _LARGEST_TORQUE:
         yield (

@@ -15,7 +15,7 @@ from hdprog.data.noise_level import channel_noise, quantisation_step
 from hdprog.data.turning_points import turning_points
 from hdprog.data.usable import require_numbers, require_usable
 
-__all__ = ["Quality", "assess"]
+__all__ = ["Quality", "assess", "secant_stiffness"]
 
 _TWO_SIDED_SHARE = 0.1
 
@@ -98,7 +98,7 @@ def assess(loop: Loop, drive: Drive | None = None) -> Quality:
     require_usable(loop, turns)
     travel = np.abs(np.diff(torque[turns]))
     low, high = float(torque.min()), float(torque.max())
-    stiffness = _secant_stiffness(loop)
+    stiffness = secant_stiffness(loop)
     rates: tuple[float, ...] = ()
     if loop.time is not None:
         branches = pairwise(loop.time[turns].tolist())
@@ -131,7 +131,7 @@ def assess(loop: Loop, drive: Drive | None = None) -> Quality:
     )
 
 
-def _secant_stiffness(loop: Loop) -> float:
+def secant_stiffness(loop: Loop) -> float:
     """Return the inverse slope of angle on torque [Nm/rad]; infinite where they are unrelated."""
     torque = loop.torque - loop.torque.mean()
     slope = float(torque @ (loop.angle - loop.angle.mean())) / float(torque @ torque)

@@ -102,6 +102,15 @@ def test_tests_below_and_above_rated_torque_are_welcome(share: float) -> None:
     assert warned(Loop(torque, twist(torque)), Drive(rated_torque=PEAK / share)) == ""
 
 
+@pytest.mark.parametrize("ratio", [50, 80, 160])
+def test_torque_of_the_input_is_too_small_for_the_drive(ratio: int) -> None:
+    """A CSF-25-80's, 1/80 of rated torque, passed for a gentle test."""
+    torque = ramps(0, PEAK, -PEAK, 0)
+    message = warned(Loop(torque / ratio, twist(torque)), Drive(rated_torque=PEAK))
+    assert f"{1 / ratio:.3g} times the drive's rated torque" in message
+    assert "the motor's at the input" in message
+
+
 def test_torque_that_clips_while_the_angle_goes_on() -> None:
     torque, angle = two_sided()
     message = warned(Loop(np.clip(torque, -33, 36), angle))
