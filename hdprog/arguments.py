@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from hdprog.config import Drive
+from hdprog.data.doubts import scale_doubts
 from hdprog.data.loop import Loop
-from hdprog.data.quality import assess
+from hdprog.data.quality import assess, secant_stiffness
 from hdprog.errors import UsageError
 from hdprog.physics.predict_arguments import checked_alpha
 
@@ -21,9 +22,12 @@ LARGEST_SEED = 2**63 - 1  # the largest that a posterior.nc can hold
 def checked_record(loop: object, drive: object) -> tuple[Loop, Drive]:
     """Record and drive, if they were read; one of arrays is looked at as the readers do.
 
+    Of a record that was read only its scale is compared with the drive, which may not have been
+    given to the reader: a second look at everything takes seconds for long records.
+
     Parameters
     ----------
-    loop : the record; arrays that no file was read for gain their warnings here
+    loop : the record; it gains the warnings that it lacks
     drive : what is declared of the drive; nothing if None
 
     Raises
@@ -45,9 +49,11 @@ def checked_record(loop: object, drive: object) -> tuple[Loop, Drive]:
         )
     drive = Drive.default() if drive is None else drive
     checked_alpha(drive.alpha, "alpha of the drive")
-    if not loop.sha256:
-        loop = loop.with_warnings(assess(loop, drive).warnings)
-    return loop, drive
+    if loop.sha256:
+        found = tuple(scale_doubts(loop, secant_stiffness(loop), drive))
+    else:
+        found = assess(loop, drive).warnings
+    return loop if set(found) <= set(loop.warnings) else loop.with_warnings(found), drive
 
 
 def as_path(given: object, name: str, expected: str) -> Path:

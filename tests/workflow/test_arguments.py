@@ -100,6 +100,16 @@ def test_arrays_are_looked_at_as_files_are(loop: hdprog.Loop) -> None:
     assert checked_record(loop, None)[0] is loop
 
 
+def test_a_record_is_compared_with_a_drive_that_its_reader_was_not_given(
+    loop: hdprog.Loop,
+) -> None:
+    drive = hdprog.Drive(rated_torque=63_000.0)  # Nmm
+    warned = checked_record(loop, drive)[0]
+    assert warned.warnings == hdprog.read_loop(FILE, drive=drive).warnings
+    assert any("times the drive's rated torque" in text for text in warned.warnings)
+    assert checked_record(warned, drive)[0] is warned
+
+
 def test_a_drive_made_in_python_has_its_tooth_angle_in_radians(loop: hdprog.Loop) -> None:
     """45 degrees had been fitted as 45 rad, and 30 ended in a math domain error."""
     stage: Any
