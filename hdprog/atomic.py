@@ -10,6 +10,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from hdprog.errors import NO_ROOM
+
 
 def _aside(folder: Path, name: str) -> Path:
     # Cut: beside a name near the longest that a file system takes, a longer one cannot be made.
@@ -19,6 +21,27 @@ def _aside(folder: Path, name: str) -> Path:
 def is_aside(name: str) -> bool:
     """Tell whether a name is that of something unfinished, written aside by what was killed."""
     return re.fullmatch(r"\..*\.[0-9a-f]{8}\.part", name) is not None
+
+
+def can_write_into(folder: Path) -> bool:
+    """Tell whether a folder can be made in a folder, by making one that goes again.
+
+    Permissions do not say it: /proc and file systems that are mounted to be read have them, too.
+
+    Raises
+    ------
+    OSError
+        for a full disk, which has its own words
+    """
+    aside = _aside(folder, "hdprog")
+    try:
+        aside.mkdir()
+    except OSError as error:
+        if error.errno in NO_ROOM:
+            raise
+        return False
+    aside.rmdir()
+    return True
 
 
 def atomic_write_bytes(path: Path, content: bytes) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import typer
 
+from hdprog.atomic import can_write_into
 from hdprog.beside_report import require_no_other_report
 from hdprog.cli.exits import ExitCode
 from hdprog.errors import UsageError
@@ -84,7 +84,7 @@ def output_folder(
             f"--out: found a file at {there}, expected a folder or nothing there. Give another "
             "folder with --out DIR."
         )
-    if not os.access(there, os.W_OK | os.X_OK):
+    if not can_write_into(there):
         raise UsageError(
             f"--out: found the folder {there}, in which nothing can be written, expected one that "
             "can. Give another folder with --out DIR."

@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 
 from hdprog.atomic import atomic_directory, atomic_write_bytes, atomic_write_text
+from hdprog.cli.common import output_folder
 from hdprog.drive_folders import drive_folders
+from hdprog.errors import UsageError
 
 
 def names(folder: Path) -> list[str]:
@@ -112,3 +114,12 @@ def test_what_a_killed_command_left_aside_is_no_drive(tmp_path: Path) -> None:
         (aside / "drive.toml").write_text("", "utf-8")
         assert drive_folders(tmp_path) == []
     assert drive_folders(tmp_path) == [tmp_path / "axis"]
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="this system has no /proc")
+def test_a_place_that_takes_no_folder_is_refused_before_the_work(tmp_path: Path) -> None:
+    """Its permissions let the superuser write; what failed was named by its temporary name."""
+    assert output_folder(tmp_path / "there", "drive") == tmp_path / "there"
+    assert names(tmp_path) == []
+    with pytest.raises(UsageError, match="found the folder /proc, in which nothing can be written"):
+        output_folder(Path("/proc/hd"), "drive")
