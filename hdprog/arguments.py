@@ -14,7 +14,6 @@ from hdprog.data.doubts import scale_doubts
 from hdprog.data.loop import Loop
 from hdprog.data.quality import assess, secant_stiffness
 from hdprog.errors import UsageError
-from hdprog.physics.predict_arguments import checked_alpha
 
 LARGEST_SEED = 2**63 - 1  # the largest that a posterior.nc can hold
 
@@ -35,7 +34,7 @@ def checked_record(loop: object, drive: object) -> tuple[Loop, Drive]:
     UsageError
         for paths of files, which the readers take, and whatever else was not read
     BadInputError
-        for arrays that hold no loop, or a tooth angle that is not in rad
+        for arrays that hold no loop
     """
     if not isinstance(loop, Loop):
         raise UsageError(
@@ -48,7 +47,6 @@ def checked_record(loop: object, drive: object) -> tuple[Loop, Drive]:
             "hdprog.read_drive makes of the file."
         )
     drive = Drive.default() if drive is None else drive
-    checked_alpha(drive.alpha, "alpha of the drive")
     if loop.sha256:
         found = tuple(scale_doubts(loop, secant_stiffness(loop), drive))
     else:

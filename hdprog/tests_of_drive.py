@@ -15,6 +15,7 @@ from hdprog.data.gross_errors import levelled
 from hdprog.data.loop import Loop
 from hdprog.discovery.explain import Closed, explain, sample_base, sample_final
 from hdprog.discovery.search import Traced, trace
+from hdprog.errors import BadInputError
 from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare
@@ -62,6 +63,11 @@ def with_rated_torque(folder: DriveFolder, loops: Sequence[Loop]) -> tuple[Drive
     Returns
     -------
     the folder to fit, and a remark for the report, None where the rated torque is declared
+
+    Raises
+    ------
+    BadInputError
+        where the tests' torque is more than any drive can have
     """
     drive = folder.drive
     if drive.rated_torque is not None:
@@ -83,7 +89,15 @@ def with_rated_torque(folder: DriveFolder, loops: Sequence[Loop]) -> tuple[Drive
         f"{rated:g} Nm, {which}. Set rated_torque_Nm in drive.toml: without it a later test to "
         "less torque changes them all."
     )
-    return replace(folder, drive=replace(drive, rated_torque=rated)), remark
+    try:
+        return replace(folder, drive=replace(drive, rated_torque=rated)), remark
+    except BadInputError as error:
+        raise BadInputError(
+            f"a largest torque of {rated:g} Nm in every test or more, and no rated torque",
+            str(folder.path),
+            f"torques that a drive can have, for a rated torque: {error.expected}",
+            "Check the unit of the torque.",
+        ) from error
 
 
 def fit_tests(

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from hdprog.config.report_settings import ReportSettings
+from hdprog.config.rules import Hours, Positive, Risk, Text, ToothAngle, Torque, check_fields
 
 STIFFNESSES_AT_TORQUE = ("local_stiffness_Nm_per_rad", "secant_stiffness_Nm_per_rad")
 CATALOGUE_STIFFNESSES = ("K1_Nm_per_rad", "K2_Nm_per_rad", "K3_Nm_per_rad")
@@ -35,9 +36,12 @@ class Limit:
     """
 
     quantity: str
-    threshold: float
+    threshold: Positive
     direction: Literal["above", "below"]
-    at_torque_Nm: float | None = None
+    at_torque_Nm: Torque | None = None
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
     @property
     def key(self) -> str:
@@ -51,17 +55,23 @@ class Limit:
 class NoiseResolution:
     """Resolution of the rig's torque [Nm] and angle [rad]; None is to be inferred."""
 
-    torque_Nm: float | None = None
-    angle_rad: float | None = None
+    torque_Nm: Torque | None = None
+    angle_rad: Positive | None = None
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
 
 @dataclass(frozen=True)
 class ForecastSettings:
     """How far and at which risk the forecast looks, in service hours counted from zero."""
 
-    horizon_hours: float = 20_000.0
-    acceptable_risk: float = 0.05
-    next_shutdown_hours: float | None = None
+    horizon_hours: Hours = 20_000.0
+    acceptable_risk: Risk = 0.05
+    next_shutdown_hours: Hours | None = None
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
 
 @dataclass(frozen=True)
@@ -73,23 +83,31 @@ class Drive:
     angle, time, temperature, output_angle) to ``HEADER:unit`` of the drive's logs; `select` maps a
     column to the values of the rows to keep. `report` says how a report is written. `source` is
     the file that all this was read from.
+
+    Raises
+    ------
+    BadInputError
+        for a value that drive.toml could not have either, such as a tooth angle in degrees
     """
 
-    id: str = "drive"
-    model: str | None = None
-    ratio: float | None = None
-    alpha: float = DEFAULT_ALPHA
+    id: Text = "drive"
+    model: Text | None = None
+    ratio: Positive | None = None
+    alpha: ToothAngle = DEFAULT_ALPHA
     alpha_declared: bool = False
-    rated_torque: float | None = None
-    reference_torque: float | None = None
+    rated_torque: Torque | None = None
+    reference_torque: Torque | None = None
     noise: NoiseResolution = NoiseResolution()
-    prior: str | None = None
+    prior: Text | None = None
     limits: tuple[Limit, ...] = ()
     forecast: ForecastSettings = ForecastSettings()
     columns: Mapping[str, str] = field(default_factory=dict)
     select: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     report: ReportSettings = field(default_factory=ReportSettings)
     source: Path | None = None
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
     @classmethod
     def default(cls) -> Drive:

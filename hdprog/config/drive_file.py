@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, Field, ValidationError
 
 from hdprog.config.as_written import as_written
 from hdprog.config.drive import (
@@ -22,6 +22,16 @@ from hdprog.config.drive import (
     NoiseResolution,
 )
 from hdprog.config.report_settings import ReportSettings, report_settings
+from hdprog.config.rules import (
+    STRICT,
+    Hours,
+    Positive,
+    Risk,
+    Text,
+    ToothAngleDegrees,
+    Torque,
+    expected_words,
+)
 from hdprog.errors import BadInputError
 
 __all__ = ["drive_from_mapping", "read_drive"]
@@ -43,52 +53,47 @@ def _as_value(found: object) -> object:
     return str(found) if whole or (isinstance(found, float) and math.isfinite(found)) else found
 
 
-_Positive = Annotated[float, Field(gt=0)]
-# A hundred times the largest gears, a thousand years: beyond is a slip of the keyboard.
-_Torque = Annotated[float, Field(gt=0, le=1e6)]
-_Hours = Annotated[float, Field(gt=0, le=1e7)]
-_Text = Annotated[str, Field(min_length=1, pattern=r"\S")]
-_Values = Annotated[tuple[_Text, ...], Field(min_length=1), BeforeValidator(_as_values)]
+_Values = Annotated[tuple[Text, ...], Field(min_length=1), BeforeValidator(_as_values)]
 
 
 class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+    model_config = STRICT
 
 
 class _DriveSection(_Section):
-    id: _Text
-    model: _Text | None = None
-    ratio: _Positive | None = None
-    alpha_deg: Annotated[float, Field(ge=5, le=60)] | None = None
-    rated_torque_Nm: _Torque | None = None
-    reference_torque_Nm: _Torque | None = None
+    id: Text
+    model: Text | None = None
+    ratio: Positive | None = None
+    alpha_deg: ToothAngleDegrees | None = None
+    rated_torque_Nm: Torque | None = None
+    reference_torque_Nm: Torque | None = None
 
 
 class _NoiseSection(_Section):
-    torque_resolution_Nm: _Torque | None = None
-    angle_resolution_rad: _Positive | None = None
+    torque_resolution_Nm: Torque | None = None
+    angle_resolution_rad: Positive | None = None
 
 
 class _PriorSection(_Section):
-    file: _Text | None = None
+    file: Text | None = None
 
 
 class _LimitSection(_Section):
     quantity: str
-    at_torque_Nm: _Torque | None = None
-    above: _Positive | None = None
-    below: _Positive | None = None
+    at_torque_Nm: Torque | None = None
+    above: Positive | None = None
+    below: Positive | None = None
 
 
 class _ForecastSection(_Section):
-    horizon_hours: _Hours = ForecastSettings.horizon_hours
-    acceptable_risk: Annotated[float, Field(gt=0, lt=1)] = ForecastSettings.acceptable_risk
-    next_shutdown_hours: _Hours | None = ForecastSettings.next_shutdown_hours
+    horizon_hours: Hours = ForecastSettings.horizon_hours
+    acceptable_risk: Risk = ForecastSettings.acceptable_risk
+    next_shutdown_hours: Hours | None = ForecastSettings.next_shutdown_hours
 
 
 class _ColumnsSection(_Section):
-    torque: _Text | None = None
-    angle: _Text | None = None
+    torque: Text | None = None
+    angle: Text | None = None
     # Empty leaves an optional column out.
     time: str | None = None
     temperature: str | None = None
@@ -96,8 +101,8 @@ class _ColumnsSection(_Section):
 
 
 class _ReportSection(_Section):
-    angle_unit: _Text = ReportSettings.angle_unit
-    torque_unit: _Text = ReportSettings.torque_unit
+    angle_unit: Text = ReportSettings.angle_unit
+    torque_unit: Text = ReportSettings.torque_unit
 
 
 class _DriveFile(_Section):
@@ -107,7 +112,7 @@ class _DriveFile(_Section):
     limits: list[_LimitSection] = []
     forecast: _ForecastSection = _ForecastSection()
     columns: _ColumnsSection = _ColumnsSection()
-    select: dict[_Text, _Values] = {}
+    select: dict[Text, _Values] = {}
     report: _ReportSection = _ReportSection()
 
 
@@ -290,21 +295,6 @@ def _nearest(word: str, known: Iterable[str]) -> str:
     return f"Did you mean {matches[0]}?" if matches else ""
 
 
-# What Pydantic's types of error mean to somebody who wrote the file by hand.
-_EXPECTED = {
-    "string_type": 'text in quotation marks, like "cell3-axis2"',
-    "string_unicode": "text of whole signs",
-    "string_too_short": "text that is not empty",
-    "string_pattern_mismatch": "text that is not empty",
-    "float_type": "a number without quotation marks",
-    "finite_number": "a finite number",
-    "model_type": "a table with keys of its own",
-    "dict_type": "a table with keys of its own",
-    "list_type": "entries that each begin with [[limits]]",
-    "tuple_type": "the values of the rows to keep, like [100, 101]",
-    "too_short": "at least one value",
-}
-
 _ADVICE = {"alpha_deg": "Correct alpha_deg: the tooth angle in degrees, such as 30.0."}
 
 
@@ -342,16 +332,7 @@ def _in_words(error: ValidationError, where: str) -> BadInputError:
         return BadInputError(f"no {key}", place, f"{key} to be given", f"Add {key}.")
     bounds = first.get("ctx", {})
     kind = "tuple_type" if key != path[-1] and path[0] == "select" else first["type"]
-    expected = _EXPECTED.get(kind) or " and ".join(
-        words
-        for words in (
-            f"a number greater than {bounds['gt']:g}" if "gt" in bounds else "",
-            f"a number less than {bounds['lt']:g}" if "lt" in bounds else "",
-            f"a number of {bounds['ge']:g} or more" if "ge" in bounds else "",
-            f"a number of {bounds['le']:g} or less" if "le" in bounds else "",
-        )
-        if words
-    )
+    expected = expected_words(kind, bounds)
     advice = _ADVICE.get(key, f"Correct {key}.")
     found = f"{key} = {as_written(first['input'])}"
     return BadInputError(found, place, expected or first["msg"], advice)

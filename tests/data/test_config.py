@@ -7,9 +7,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from hdprog.config import Drive, Limit, drive_from_mapping, read_drive
+from hdprog.config import (
+    Drive,
+    ForecastSettings,
+    Limit,
+    NoiseResolution,
+    drive_from_mapping,
+    read_drive,
+)
 from hdprog.errors import BadInputError
 
 FULL = """
@@ -172,3 +180,33 @@ def test_files_that_are_no_drive(tmp_path: Path, text: bytes | None, words: str)
         path.write_bytes(text)
     with pytest.raises(BadInputError, match=words):
         read_drive(path)
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [
+        (lambda: Drive(rated_torque=-63.0), "Drive: found rated_torque=-63.0.*greater than 0"),
+        (lambda: Drive(reference_torque=math.nan), "reference_torque=nan; expected a finite"),
+        (lambda: Drive(ratio=0), "ratio=0; expected a number greater than 0"),
+        (lambda: Drive(ratio="80"), "ratio='80'; expected a number"),  # type: ignore[arg-type]
+        (lambda: Drive(alpha=45.0), r"alpha=45.0.*math.radians\(30\)"),
+        (lambda: Drive(id=" "), "id=' '; expected text that is not empty"),
+        (lambda: ForecastSettings(acceptable_risk=5.0), "acceptable_risk=5.0.*less than 1"),
+        (lambda: ForecastSettings(horizon_hours=math.inf), "horizon_hours=inf.*finite"),
+        (lambda: NoiseResolution(torque_Nm=0.0), "torque_Nm=0.0.*greater than 0"),
+        (lambda: Limit("preload_Nm", -1.0, "below"), "threshold=-1.0.*greater than 0"),
+    ],
+)
+def test_settings_made_in_python_keep_the_rules_of_the_file(
+    made: Callable[[], object], words: str
+) -> None:
+    """45 degrees passed for radians, and a rated torque below zero was fitted with."""
+    with pytest.raises(BadInputError, match=words):
+        made()
+
+
+def test_settings_take_whole_numbers_and_those_of_numpy() -> None:
+    given = {"ratio": np.int64(80), "rated_torque": np.float32(63.0), "alpha": math.radians(60.0)}
+    drive = Drive(**given)  # type: ignore[arg-type]
+    assert [drive.ratio, drive.rated_torque] == [80.0, 63.0]
+    assert {type(drive.ratio), type(drive.rated_torque)} == {float}

@@ -212,9 +212,10 @@ def test_a_prior_of_the_models_own_name_comes_first() -> None:
 
 
 @pytest.mark.parametrize(
-    "model", ["CSF-25-81", "CSF-26-80", "HFUC-25-50", "CSF-40-30", "RV-40E-121", "CSF-25", "", "x"]
+    "model", ["CSF-25-81", "CSF-26-80", "HFUC-25-50", "CSF-40-30", "RV-40E-121", "CSF-25", "x"]
 )
 def test_a_model_that_is_in_no_catalogue_has_none(model: str) -> None:
+    assert name_of_model("") is None
     assert name_of_model(model) is None
     prior, remark = prior_of_drive(Drive(model=model), RecordScales(2.5e4, 40.0))
     assert prior.name == "generic"

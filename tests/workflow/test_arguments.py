@@ -12,8 +12,10 @@ import pytest
 import hdprog
 from hdprog.arguments import LARGEST_SEED, checked_record, checked_seed
 from hdprog.cli import options
+from hdprog.data.drive_folder import DriveFolder
 from hdprog.errors import BadInputError, UsageError
 from hdprog.shipped import shipped
+from hdprog.tests_of_drive import with_rated_torque
 
 DRIVE = Path(str(shipped("datasets"))) / "wearing-csf-25-80"
 FILE = DRIVE / "loops" / "t05.csv"
@@ -110,10 +112,10 @@ def test_a_record_is_compared_with_a_drive_that_its_reader_was_not_given(
     assert checked_record(warned, drive)[0] is warned
 
 
-def test_a_drive_made_in_python_has_its_tooth_angle_in_radians(loop: hdprog.Loop) -> None:
-    """45 degrees had been fitted as 45 rad, and 30 ended in a math domain error."""
-    stage: Any
-    for stage in OF_LOOPS:
-        for alpha in (30.0, 45.0):
-            with pytest.raises(BadInputError, match=rf"alpha of the drive: found alpha={alpha}"):
-                stage(loop, hdprog.Drive(id="axis-2", alpha=alpha))
+def test_torque_beyond_any_drive_is_no_rated_torque(loop: hdprog.Loop) -> None:
+    folder = DriveFolder(hdprog.Drive(), (), Path("rig"))
+    too_much = hdprog.Loop(1e6 * loop.torque, loop.angle)
+    with pytest.raises(
+        BadInputError, match=r"rig: found a largest torque of .* unit of the torque"
+    ):
+        with_rated_torque(folder, [too_much])
