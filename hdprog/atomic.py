@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import glob
 import os
 import re
 import secrets
 import shutil
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from hdprog.errors import NO_ROOM
+
+_ENDING = len("01234567.part")
+_YOUNG = 60.0  # s: one that was made just now may not be held yet
 
 
 def _aside(folder: Path, name: str) -> Path:
@@ -76,6 +81,40 @@ def atomic_write_text(path: Path, content: str) -> None:
     atomic_write_bytes(path, content.encode("utf-8"))
 
 
+def _hold(aside: Path) -> int | None:
+    """Lock a folder that is written aside, by an open file; None where another one does.
+
+    The lock goes with the process, however that ends.
+    """
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        return None
+    try:
+        opened = os.open(aside, os.O_RDONLY)
+    except OSError:
+        return None
+    try:
+        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:  # held, or on a file system without locks
+        os.close(opened)
+        return None
+    return opened
+
+
+def _sweep(aside: Path) -> None:
+    """Remove what killed processes left beside, written for the same place as `aside`."""
+    for left in aside.parent.glob(f"{glob.escape(aside.name[:-_ENDING])}*.part"):
+        try:
+            if is_aside(left.name) and time.time() - left.stat().st_mtime > _YOUNG:
+                held = _hold(left)
+                if held is not None:
+                    shutil.rmtree(left, ignore_errors=True)
+                    os.close(held)
+        except OSError:  # it went meanwhile
+            continue
+
+
 @contextmanager
 def atomic_directory(path: Path, renewed: Sequence[str] = ()) -> Iterator[Path]:
     """Fill a folder aside and move it into place when the block ends without an error.
@@ -109,7 +148,9 @@ def atomic_directory(path: Path, renewed: Sequence[str] = ()) -> Iterator[Path]:
     else:
         path.parent.mkdir(parents=True, exist_ok=True)
         aside = _aside(path.parent, path.name)
+    _sweep(aside)
     aside.mkdir()
+    held = _hold(aside)
     try:
         yield aside
         if not path.exists():
@@ -128,3 +169,5 @@ def atomic_directory(path: Path, renewed: Sequence[str] = ()) -> Iterator[Path]:
                 file.unlink(missing_ok=True)
     finally:
         shutil.rmtree(aside, ignore_errors=True)
+        if held is not None:
+            os.close(held)

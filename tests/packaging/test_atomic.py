@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -123,3 +124,26 @@ def test_a_place_that_takes_no_folder_is_refused_before_the_work(tmp_path: Path)
     assert names(tmp_path) == []
     with pytest.raises(UsageError, match="found the folder /proc, in which nothing can be written"):
         output_folder(Path("/proc/hd"), "drive")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="this system has no such locks")
+@pytest.mark.parametrize("there", [False, True])
+def test_what_a_killed_writer_left_goes_with_the_next_one(tmp_path: Path, there: bool) -> None:
+    out = tmp_path / "out"
+    if there:
+        out.mkdir()
+    place = out if there else tmp_path
+    left = place / f".{'hdprog' if there else 'out'}.0123abcd.part"
+    left.mkdir()
+    (left / "summary.json").write_text("{")
+    other = place / ".other.0123abcd.part"
+    other.mkdir()
+    with atomic_directory(out) as first:
+        for folder in (left, other, first):
+            os.utime(folder, (0.0, 0.0))
+        with atomic_directory(out) as second:
+            assert first.is_dir()  # its writer lives
+            assert not left.exists()
+            (second / "a").write_text("2")
+    assert (out / "a").read_text() == "2"
+    assert other.is_dir()
