@@ -148,7 +148,12 @@ def _life(result: DriveResult) -> Picture | None:
         return None
     ahead = result.drive.forecast.next_shutdown_hours
     shown = ahead if outlook.shutdown_ahead(result) else None
-    return remaining_life(coming, shown, doubtful=not result.converged)
+    return remaining_life(
+        coming,
+        shown,
+        doubtful=not result.converged,
+        passed=outlook.passed(result.forecasts),
+    )
 
 
 def _trends(result: DriveResult) -> list[tuple[str, Picture]]:

@@ -43,6 +43,15 @@ def not_passed(forecasts: Sequence[Forecast]) -> tuple[Forecast, ...]:
     return tuple(forecast for forecast in forecasts if not forecast.already_crossed)
 
 
+def passed(forecasts: Sequence[Forecast]) -> tuple[Limit, ...]:
+    """Limits that are more likely passed than not, each by itself."""
+    return tuple(
+        forecast.limit
+        for forecast in forecasts
+        if forecast.limit is not None and forecast.already_crossed
+    )
+
+
 def overall(forecasts: Sequence[Forecast]) -> Forecast | None:
     """Find the forecast of the first of all limits, else the leading one; None without any."""
     for forecast in forecasts:

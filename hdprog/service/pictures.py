@@ -56,7 +56,14 @@ def _pictures(result: DriveResult) -> list[Picture]:
         if outlook.overall(coming) is not None:
             ahead = result.drive.forecast.next_shutdown_hours
             shown = ahead if outlook.shutdown_ahead(result) else None
-            drawn.append(remaining_life(coming, shown, doubtful=not result.converged))
+            drawn.append(
+                remaining_life(
+                    coming,
+                    shown,
+                    doubtful=not result.converged,
+                    passed=outlook.passed(result.forecasts),
+                )
+            )
         if result.trend is not None:
             drawn += [
                 trend_fan(

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from hdprog.reporting.figures.remaining_life import remaining_life
-from hdprog.reporting.outlook import not_passed
+from hdprog.reporting.figures.remaining_life import _events, remaining_life
+from hdprog.reporting.outlook import not_passed, passed
 from hdprog.reporting.sections.facts import facts
 from hdprog.reporting.sections.remaining_life import limits_table
 from hdprog.reporting.sections.table import Value
@@ -74,6 +74,23 @@ def test_the_picture_of_remaining_life_is_that_of_the_first_limit() -> None:
 
 def test_a_limit_that_is_passed_by_itself_leaves_the_others_to_the_picture() -> None:
     result = drives.wearing(drives.LOST_MOTION, drives.SECANT, crossing=700.0, spread=40.0)
-    passed, _, first = result.forecasts
-    assert (passed.already_crossed, first.already_crossed) == (True, True)
+    over, _, first = result.forecasts
+    assert (over.already_crossed, first.already_crossed) == (True, True)
     assert all(not one.already_crossed for one in not_passed(result.forecasts))
+
+
+def test_a_picture_without_the_passed_limit_says_so_and_does_not_put_off_the_inspection() -> None:
+    """It marked "inspect before" the hour of the limit to come under the words "inspect now"."""
+    result = drives.past_limit()
+    to_come = drives.forecast_of(drives.SECANT, np.linspace(1500.0, 2500.0, 400), _NOW)
+    assert to_come.inspect_before_hours is not None
+    with house_style():
+        drawn = remaining_life(
+            (to_come,), drives.SHUTDOWN, doubtful=False, passed=passed(result.forecasts)
+        )
+        events = _events(to_come, drives.SHUTDOWN, due=True)
+    said = spaced(drawn.alt)
+    assert said.startswith("Secant stiffness")
+    assert said.endswith("Lost motion above 2 arcmin is passed already, and not in this picture.")
+    assert drawn.action.startswith("inspect now.")
+    assert not any("inspect before" in event.label for event in events)

@@ -5,10 +5,13 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+import pytest
 
-from hdprog.reporting.figures.remaining_life import _draw_density
+from hdprog.reporting.figures.remaining_life import _draw_density, remaining_life
 from hdprog.reporting.style import house_style, new_figure
+from hdprog.results import Forecast
 from tests.reporting.drives import LOST_MOTION, forecast_of
+from tests.reporting.page import spaced
 
 
 def test_levels_that_lie_close_to_now_are_told_apart() -> None:
@@ -25,3 +28,23 @@ def test_levels_that_lie_close_to_now_are_told_apart() -> None:
         boxes = [text.get_window_extent() for text in levels[:3]]
     assert [text.get_text()[:2].strip("\u202f") for text in levels[:3]] == ["5", "50", "95"]
     assert not any(one.overlaps(two) for one, two in pairwise(boxes))
+
+
+@pytest.mark.parametrize(
+    ("ends", "words"),
+    [
+        ((1500.0, 2500.0), "the darker part holds 90 %, the marks are 5, 50 and 95 %."),
+        ((5000.0, 30_000.0), "the darker part lies past 5 %, the marks are 5 and 50 %."),
+        ((15_000.0, 40_000.0), "the darker part lies past 5 %, the mark is 5 %."),
+        ((25_000.0, 40_000.0), "if nothing is done. Below"),
+    ],
+)
+def test_words_name_the_marks_that_are_drawn(ends: tuple[float, float], words: str) -> None:
+    """They named 95 % where it lies past the horizon, and a darker part of 90 % with it."""
+    with house_style():
+        drawn = remaining_life((evenly(*ends),), None, doubtful=False)
+    assert words in spaced(drawn.shows)
+
+
+def evenly(first: float, last: float) -> Forecast:
+    return forecast_of(LOST_MOTION, np.linspace(first, last, 4000), 900.0)

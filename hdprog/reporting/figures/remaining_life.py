@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
+from hdprog.config import Limit
 from hdprog.reporting import outlook
 from hdprog.reporting.axes import PERCENT, Event, hour_axis, mark_events
 from hdprog.reporting.crossing_density import crossing_density
@@ -41,7 +42,11 @@ _DASHES = ((0, (6, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)), (0, (3, 1)))
 
 
 def remaining_life(
-    forecasts: Sequence[Forecast], shutdown_hours: float | None, *, doubtful: bool
+    forecasts: Sequence[Forecast],
+    shutdown_hours: float | None,
+    *,
+    doubtful: bool,
+    passed: Sequence[Limit] = (),
 ) -> Picture:
     """Density of the first crossing, and below it its probability up to each hour.
 
@@ -50,6 +55,7 @@ def remaining_life(
     forecasts : of one drive, at least one
     shutdown_hours : service hours of the next shutdown, or None
     doubtful : a fit or the trend behind them did not converge
+    passed : limits that are passed already, which are told and not drawn
     """
     main = outlook.overall(forecasts)
     if main is None:
@@ -68,30 +74,30 @@ def remaining_life(
     axes.set_ylim(0.0, 1.0)
     axes.yaxis.set_major_formatter(PERCENT)
     axes.set_ylabel("probability of having passed")
-    mark_events(hill, _events(main, shutdown_hours))
-    for event in _events(main, shutdown_hours):
+    events = _events(main, shutdown_hours, due=bool(passed))
+    mark_events(hill, events)
+    for event in events:
         if first <= event.hours <= end:
             axes.axvline(event.hours, color=event.colour, linestyle=event.line, linewidth=1.2)
     _draw_curves(axes, main, single)
     _draw_risk(axes, main, end)
     _mark_levels(axes, main, end)
+    others = "single" if main.limit is None else "other"
     return picture(
         figure,
-        alt=_alt(main, shutdown_hours),
+        alt=_alt(main, shutdown_hours, passed),
         shows=(
             "Above: where the hour of passing "
             + ("the first of the limits" if main.limit is None else "the limit")
-            + " lies, if nothing is done; the darker part holds 90 %, the marks are "
-            + listed(f"{100 * level:.0f}" for level in _marked(main))
-            + " %. Below: the probability that it has been passed by a service hour; points mark"
-            " the same levels."
-            + (" Broken lines are the single limits." if len(single) > 1 else "")
+            + f" lies, if nothing is done{_read_so(main, end)}. Below: the probability that it has"
+            " been passed by a service hour; points mark the same levels."
+            + (f" Broken lines are the {others} limits." if len(single) > 1 else "")
         ),
         good="the line stays below the accepted risk until well past the next shutdown.",
         bad="it is above the accepted risk at the next shutdown, or starts above it at now.",
         action=(
             "inspect now."
-            if outlook.due_now(main)
+            if passed or outlook.due_now(main)
             else "inspect before the line reaches the accepted risk of "
             f"{share(main.acceptable_risk)}."
         )
@@ -104,9 +110,28 @@ def remaining_life(
     )
 
 
-def _marked(main: Forecast) -> list[float]:
-    """Levels that are reached after now."""
-    return [level for level in (0.05, 0.50, 0.95) if level > outlook.risk_now(main)]
+def _marked(main: Forecast, end: float) -> dict[float, float]:
+    """Levels that are reached after now and in the picture, each with its hour."""
+    crossing = outlook.crossing_hours(main)
+    found = {level: crossing.get(level) for level in (0.05, 0.50, 0.95)}
+    return {
+        level: hour
+        for level, hour in found.items()
+        if hour is not None and hour <= end and level > outlook.risk_now(main)
+    }
+
+
+def _read_so(main: Forecast, end: float) -> str:
+    """Say what the darker part of the hill is, and its marks, as far as they are drawn."""
+    crossing, marks = outlook.crossing_hours(main), _marked(main, end)
+    parts = []
+    if crossing.get(0.05) is not None:
+        whole = crossing.get(0.95) is not None and outlook.risk_now(main) <= _WORTH_SAYING
+        parts.append("the darker part " + ("holds 90 %" if whole else "lies past 5 %"))
+    if marks:
+        told = listed(f"{100 * level:.0f}" for level in marks)
+        parts.append(f"the {'mark is' if len(marks) == 1 else 'marks are'} {told} %")
+    return f"; {', '.join(parts)}" if parts else ""
 
 
 def _draw_density(axes: Axes, main: Forecast, end: float) -> None:
@@ -128,10 +153,7 @@ def _draw_density(axes: Axes, main: Forecast, end: float) -> None:
     top = 1.3 * float(density.max()) or 1.0
     axes.set_ylim(0.0, top)
     before, base = -np.inf, 0.0
-    for level in _marked(main):
-        hour = crossing.get(level)
-        if hour is None or hour > end:
-            continue
+    for level, hour in _marked(main, end).items():
         height = float(np.interp(hour, at, density))
         axes.plot([hour, hour], [0.0, height], color=INK, linewidth=1.3)
         inside = height > _ROOM_FOR_WORDS * top  # under the curve, which they would hide
@@ -218,11 +240,8 @@ def _draw_curves(axes: Axes, main: Forecast, single: Sequence[Forecast]) -> None
 
 
 def _mark_levels(axes: Axes, main: Forecast, end: float) -> None:
-    crossing, spread = outlook.crossing_hours(main), outlook.spread(main)
-    for level in _marked(main):
-        at = crossing.get(level)
-        if at is None or at > end:
-            continue
+    spread = outlook.spread(main)
+    for level, at in _marked(main, end).items():
         axes.plot([at], [level], "o", color=FIT, markersize=6, markeredgecolor="white", zorder=4)
         if level < 0.1:
             text = hours(outlook.rounded_date(main, at))
@@ -258,10 +277,11 @@ def _draw_risk(axes: Axes, main: Forecast, end: float) -> None:
     )
 
 
-def _events(main: Forecast, shutdown_hours: float | None) -> list[Event]:
+def _events(main: Forecast, shutdown_hours: float | None, *, due: bool) -> list[Event]:
+    """Hours to mark; none to inspect before where an inspection is `due` for another limit."""
     events = [Event(main.now_hours, "now", INK, "-")]
     inspect = outlook.inspection_hours(main)
-    if inspect is not None and not outlook.due_now(main):
+    if inspect is not None and not due and not outlook.due_now(main):
         events.append(Event(inspect, f"inspect before {hours(inspect)}", INSPECT, "-"))
     if shutdown_hours is not None:
         text = f"next shutdown {hours(shutdown_hours)}"
@@ -272,7 +292,7 @@ def _events(main: Forecast, shutdown_hours: float | None) -> list[Event]:
     return events
 
 
-def _alt(main: Forecast, shutdown_hours: float | None) -> str:
+def _alt(main: Forecast, shutdown_hours: float | None, passed: Sequence[Limit]) -> str:
     what = "the first limit" if main.limit is None else outlook.limit_words(main.limit)
     parts = []
     if shutdown_hours is not None and main.probability_crossed_by_shutdown is not None:
@@ -292,4 +312,9 @@ def _alt(main: Forecast, shutdown_hours: float | None) -> str:
         parts.append(f"even odds at {hours(median, outlook.spread_about_median(main))}")
     chance = percent(main.probability_crossed_by_horizon)
     parts.append(f"{chance} by {hours(main.horizon_hours)}")
-    return f"{capital(what)}: {'; '.join(parts)}."
+    told = f"{capital(what)}: {'; '.join(parts)}."
+    if not passed:
+        return told
+    those = listed(outlook.limit_words(limit) for limit in passed)
+    are = "is" if len(passed) == 1 else "are"
+    return f"{told} {capital(those)} {are} passed already, and not in this picture."
