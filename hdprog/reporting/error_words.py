@@ -133,6 +133,12 @@ def against_cycles(found: Errors) -> str | None:
     left = f"{_microradian(most)} is left"
     if most <= _AT * found.floor:
         return f"{said}; {left}, which the noise accounts for: nothing more can be explained."
+    if _AT * most < own:
+        # Cycles that differ by more than the error are followed one by one, and are no measure.
+        return (
+            f"{said}; {left}: the fit follows what differs between cycles, so that the noise of "
+            f"{_microradian(found.floor)} is the measure of what is left."
+        )
     if most <= _AT * own:
         said += f"; {left}: nothing more that comes back in every cycle can be explained"
         if found.after.lag1 < _ALIKE:

@@ -106,6 +106,11 @@ def test_nothing_added_predicts_nothing_worse() -> None:
             "left differs by cycle.",
         ),
         (
+            reached(8e-6, 13e-6, cycles=40e-6),
+            "The cycles of this record repeat to 40 µrad; 13 µrad is left: the fit follows what "
+            "differs between cycles, so that the noise of 7.0 µrad is the measure of what is left.",
+        ),
+        (
             reached(24e-6, 60e-6, cycles=25e-6),
             "The cycles of this record repeat to 25 µrad; the fit comes as close as that, but not "
             "on data left out of the fit.",
