@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from hdprog.config import Limit
-from hdprog.explanation import UNKNOWN, DriveExplanation, Origin
+from hdprog.explanation import UNKNOWN, DriveExplanation, Explanation, Origin
 from hdprog.physics.effects import BY_ID
 from hdprog.reporting.effect_words import effect_name
 from hdprog.reporting.present import standing, value_words
@@ -49,6 +49,25 @@ def gone_sentences(result: DriveResult) -> list[str]:
         return []
     named = ["the unknown effect" if name == UNKNOWN else effect_name(name) for name in gone]
     return [f"No test since the drive was replaced shows {listed(named, 'or')}."]
+
+
+def the_drives_own(found: DriveExplanation, test: Explanation) -> str:
+    """Say that what a test's lasting effects add is the drive's own, and where it is counted in."""
+    shown = {effect.id for effect in test.effects}
+    own = [
+        effect_name(effect.id)
+        for effect in found.effects
+        if effect.id != UNKNOWN and effect.id in shown and effect.origin == "wear"
+        if BY_ID[effect.id].lasting and BY_ID[effect.id].static
+    ]
+    if not own:
+        return ""
+    add, it = agree(len(own), "adds", "add"), agree(len(own), "it", "them")
+    return (
+        f"Width, loss and lost motion in the table are the drive model's part alone. What "
+        f"{listed(own)} {add} to the loop is the drive's own: with {it}, they stand under Tests "
+        "(“with lasting effects”)."
+    )
 
 
 def _sentences(

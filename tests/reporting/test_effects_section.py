@@ -12,6 +12,7 @@ from hdprog.outcome import ExplainOutcome
 from hdprog.reporting.build import build_report
 from hdprog.reporting.effect_words import moved_words, place_of_unknown
 from hdprog.reporting.figures.unknown_course import unknown_course
+from hdprog.reporting.left_out import the_drives_own
 from hdprog.reporting.sections.warnings import warnings
 from hdprog.reporting.style import house_style
 from hdprog.reporting.verdict import verdict
@@ -453,3 +454,15 @@ def test_a_small_shift_of_a_number_that_is_well_known_is_told_as_what_it_is() ->
         "half a per cent." in text
     )
     assert "No figure and no parameter" not in text
+
+
+def test_width_without_what_the_drive_itself_has_is_not_left_to_be_misread() -> None:
+    """A table set the width "with" friction that grows with wear at a third of the drive's."""
+    grown = explanations.drive_explanation()
+    words = (
+        "Width, loss and lost motion in the table are the drive model's part alone. What backlash "
+        "adds to the loop is the drive's own: with it, they stand under Tests"
+    )
+    assert words in said(grown)
+    of_rig = replace(grown, effects=(explanations.backlash(origin="rig"),))
+    assert the_drives_own(of_rig, of_rig.tests[-1]) == ""

@@ -22,6 +22,7 @@ from hdprog.reporting.figures.residual_before_after import residual_before_after
 from hdprog.reporting.figures.residual_pair import residual_pair
 from hdprog.reporting.figures.residual_strip import residual_height
 from hdprog.reporting.figures.unknown_course import unknown_course
+from hdprog.reporting.left_out import the_drives_own
 from hdprog.reporting.rounding import THIN_SPACE, grouped, rounded
 from hdprog.reporting.sections import effects_drive_tables as drive_tables
 from hdprog.reporting.sections import effects_tables as tables
@@ -134,7 +135,8 @@ def _drive(found: DriveExplanation) -> tuple[Part, ...]:
     affected = sorted(affected[:_PICTURED], key=found.tests.index)
     parts += [_remaining(found), _carriers(found)]
     if affected:
-        parts.append(_bias(affected[-1], f" in test {affected[-1].test_id}"))
+        last = affected[-1]
+        parts.append(_bias(last, f" in test {last.test_id}", the_drives_own(found, last)))
     common = max((residual_height(test.course) for test in affected), default=1.0)
     parts += [_test(test, common) for test in affected]
     parts.append(_rejected(found))
@@ -224,7 +226,7 @@ def _doubted(effect: FoundEffect, found: Explanation | DriveExplanation) -> str:
     return _OVERCONFIDENT if not_predicted(errors(found)) is None else _NOT_PREDICTED
 
 
-def _bias(found: Explanation, note: str) -> Part:
+def _bias(found: Explanation, note: str, beside: str = "") -> Part:
     moved = [s for s in shifts(found) if s.deviations is not None and abs(s.deviations) > _FAR]
     far = [s for s in moved if s.off_by is None or abs(s.off_by) >= _WORTH_SAYING]
     # By size: a stiffness known to a thousandth is many deviations off while hardly wrong.
@@ -247,7 +249,8 @@ def _bias(found: Explanation, note: str) -> Part:
         )
     else:
         said = f"No figure and no parameter moved by more than two standard deviations{note}."
-    return Part("What it did to the numbers", (said,), (), (tables.bias_table(found, note),))
+    paragraphs = (said, beside) if beside else (said,)
+    return Part("What it did to the numbers", paragraphs, (), (tables.bias_table(found, note),))
 
 
 def _strain(found: Explanation) -> Part | None:
