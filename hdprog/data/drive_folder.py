@@ -97,10 +97,21 @@ def read_test_loop(folder: DriveFolder, test: DriveTest) -> Loop:
     BadInputError
         The file is not a usable record.
     """
-    loop = read_loop(test.path, drive=folder.drive)
+    try:
+        loop = read_loop(test.path, drive=folder.drive)
+    except BadInputError as error:
+        raise _of_a_folder(error) from error
     found = (order_doubts(folder.tests), load_doubts(folder.tests))
     doubts = tuple(said[test.test_id] for said in found if test.test_id in said)
     copied = copy_doubt(test, folder.tests)
     if copied is not None:
         doubts = (*doubts, copied)
     return loop.with_warnings(doubts) if doubts else loop
+
+
+def _of_a_folder(error: BadInputError) -> BadInputError:
+    """Say where a drive declares its columns: commands on whole drives have no --columns."""
+    if "--columns" not in error.advice or "[columns]" in error.advice:
+        return error
+    advice = f"{error.advice} For all tests of a drive: the same under [columns] in its drive.toml."
+    return BadInputError(error.found, error.where, error.expected, advice)

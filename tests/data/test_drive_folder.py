@@ -333,3 +333,17 @@ def test_check_of_a_folder_without_its_files(folder: Path) -> None:
     problems = check_path(folder).problems
     assert "no id" in problems[0]
     assert "no tests.csv" in problems[1]
+
+
+def test_a_unit_that_is_not_known_is_declared_in_the_drives_file(folder: Path) -> None:
+    """The advice was an option that commands on a drive folder do not have."""
+    (folder / "drive.toml").write_text('[drive]\nid = "x"\n')
+    read = read_drive_folder(folder)
+    record = read.tests[0].path
+    record.write_text(record.read_text().replace("T,", "torque [kNmm],", 1))
+    with pytest.raises(BadInputError, match=r"kNmm.*\[columns\] in its drive\.toml"):
+        read_test_loop(read, read.tests[0])
+    with (folder / "drive.toml").open("a") as file:
+        file.write('[columns]\ntorque = "torque [kNmm]:Nm"\n')
+    declared = read_drive_folder(folder)
+    assert read_test_loop(declared, declared.tests[0]).torque.size > 20
