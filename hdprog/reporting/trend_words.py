@@ -108,8 +108,8 @@ def _not_reproduced(one: NotReproduced, names: Sequence[str]) -> str:
     joint, alone = (figure_interval(one.key, *seen) for seen in (one.joint, one.alone))
     those = f"test{'' if len(one.tests) == 1 else 's'} {listed([names[at] for at in one.tests])}"
     return (
-        f"The trend does not reproduce the {figure.name} of {those}: for {names[one.worst]} it has "
-        f"{joint[0]} to {with_unit(joint[2], figure.unit)} (90 %), which by itself says "
+        f"The trend does not reproduce the {figure.name} of {those}: at {names[one.worst]} it has "
+        f"{joint[0]} to {with_unit(joint[2], figure.unit)} (90 %), and the test by itself "
         f"{alone[0]} to {with_unit(alone[2], figure.unit)}. Read the forecast of {figure.name} "
         "with care."
     )

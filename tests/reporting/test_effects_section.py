@@ -466,3 +466,19 @@ def test_width_without_what_the_drive_itself_has_is_not_left_to_be_misread() -> 
     assert words in said(grown)
     of_rig = replace(grown, effects=(explanations.backlash(origin="rig"),))
     assert the_drives_own(of_rig, of_rig.tests[-1]) == ""
+
+
+def test_what_it_did_to_the_numbers_is_told_of_the_last_test_that_shows_it() -> None:
+    """It was that of the last pictured one, of the three whose error fell most."""
+    drive = explanations.drive_explanation()
+    last = drive.tests[-1]
+    little = replace(last, after=replace(last.after, rmse_rad=0.99 * last.before.rmse_rad))
+    found = replace(drive, tests=(*drive.tests[:-1], little))
+    titles = [part.title for part in section(found).parts]
+    assert f"Residual of test {last.test_id}: backlash" not in titles
+    assert f"in test {last.test_id}" in " ".join(
+        spaced(table.caption)
+        for part in section(found).parts
+        if part.title == "What it did to the numbers"
+        for table in part.tables
+    )

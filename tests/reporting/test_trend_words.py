@@ -33,7 +33,7 @@ def test_a_figure_that_is_not_reproduced_is_told_with_its_tests_and_units() -> N
     assert first == "first"
     assert said == (
         f"The trend does not reproduce the hysteresis width of tests {names[0]} and {names[1]}: "
-        f"for {names[1]} it has 0.41 to 0.47 arcmin (90 %), which by itself says 0.52 to "
+        f"at {names[1]} it has 0.41 to 0.47 arcmin (90 %), and the test by itself 0.52 to "
         "0.60 arcmin. Read the forecast of hysteresis width with care."
     )
     with shown_in(ReportSettings(angle_unit="mrad")):
@@ -44,7 +44,7 @@ def test_one_test_is_named_by_itself() -> None:
     result = wearing()
     assert result.trend is not None
     trend = replace(result.trend, not_reproduced=(replace(FOUND, tests=(1,)),))
-    assert f"of test {result.tests[1].test_id}: for" in trend_warnings(trend, result.tests)[-1]
+    assert f"of test {result.tests[1].test_id}: at" in trend_warnings(trend, result.tests)[-1]
 
 
 def passing_by() -> DriveResult:

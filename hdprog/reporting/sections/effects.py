@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from hdprog.explanation import UNKNOWN, DriveExplanation, Explanation, FoundEffect
 from hdprog.reporting.bias import shifts
 from hdprog.reporting.effect_words import (
+    SIGNIFICANT,
     carrier,
     carriers,
     coordinate,
@@ -130,15 +131,15 @@ def _drive(found: DriveExplanation) -> tuple[Part, ...]:
             )
         )
     affected = [test for test in found.tests if test.effects]
-    # Each picture weighs some 80 kB: the tests that changed most stand for the others.
-    affected.sort(key=lambda test: test.after.rmse_rad / test.before.rmse_rad)
-    affected = sorted(affected[:_PICTURED], key=found.tests.index)
     parts += [_remaining(found), _carriers(found)]
     if affected:
         last = affected[-1]
         parts.append(_bias(last, f" in test {last.test_id}", the_drives_own(found, last)))
-    common = max((residual_height(test.course) for test in affected), default=1.0)
-    parts += [_test(test, common) for test in affected]
+    # Each picture weighs some 80 kB: the tests that changed most stand for the others.
+    most = sorted(affected, key=lambda test: test.after.rmse_rad / test.before.rmse_rad)
+    pictured = sorted(most[:_PICTURED], key=found.tests.index)
+    common = max((residual_height(test.course) for test in pictured), default=1.0)
+    parts += [_test(test, common) for test in pictured]
     parts.append(_rejected(found))
     return tuple(filter(None, parts))
 
@@ -164,7 +165,10 @@ def _carriers(found: Explanation | DriveExplanation) -> Part | None:
         return None
     most = carrier(carried_by)
     if most is None:
-        said = "No single coordinate carries a tenth of the residual beyond what chance would."
+        said = (
+            "No single coordinate carries a tenth of the residual or more in a way that chance "
+            f"would not (p of at most {SIGNIFICANT:g})."
+        )
     else:
         said = (
             f"The residual of the drive model alone goes most with "
