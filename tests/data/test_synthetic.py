@@ -143,7 +143,7 @@ def test_whatever_is_made_can_be_read(tmp_path: Path, name: str, hours: float) -
     [
         {"one_sided": True, "samples": 900, "cycles": 3},
         {"samples": 303, "cycles": 3},
-        {"samples": 20_000, "max_torque_Nm": 1.0},
+        {"samples": 60_000, "max_torque_Nm": 3.0},
     ],
 )
 def test_no_two_readings_are_simultaneous(tmp_path: Path, changes: dict[str, Any]) -> None:

@@ -322,9 +322,9 @@ def test_a_figure_past_its_limit_by_the_prior_alone_is_told_and_not_acted_on() -
 @pytest.mark.parametrize("direction", ["above", "below"])
 def test_bounds_from_quantiles_hold_the_true_probability(direction: str) -> None:
     rng = np.random.default_rng(0)
-    draws = rng.normal(size=20_001)
+    draws = rng.normal(10.0, 1.0, size=20_001)
     levels = drives.by_level(draws)
-    for threshold in np.linspace(-2.5, 2.5, 41):
+    for threshold in np.linspace(7.5, 12.5, 41):
         limit = Limit("preload_Nm", float(threshold), direction)  # type: ignore[arg-type]
         low, high = probability_bounds(levels, limit)
         past = np.mean(draws > threshold if direction == "above" else draws < threshold)
