@@ -15,9 +15,8 @@ from hdprog.reporting.drive_name import drive_name, is_declared
 from hdprog.reporting.figures.loop_panel import PanelScales, loop_panel
 from hdprog.reporting.figures.loops_overlay import loops_overlay
 from hdprog.reporting.figures.prior_posterior import prior_posterior
-from hdprog.reporting.figures.remaining_life import remaining_life
 from hdprog.reporting.figures.ridge_pairs import ridge_pairs
-from hdprog.reporting.figures.trend_fan import trend_fan
+from hdprog.reporting.figures.service_life import life_picture, trend_pictures
 from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.rounding import plain
 from hdprog.reporting.sections import (
@@ -78,8 +77,10 @@ def _page(
     """Report under the house style, in the reader's units."""
     main = outlook.overall(result.forecasts)
     pictures = {
-        "life": _life(result),
-        "trends": _trends(result),
+        "life": life_picture(result),
+        "trends": [
+            (capital(outlook.limit_words(limit)), drawn) for limit, drawn in trend_pictures(result)
+        ],
         "effects": effects.effects(result.explanation),
         "overlay": loops_overlay(result.tests, scales) if len(result.tests) > 1 else None,
         "against_prior": _of_draws(result, prior_posterior),
@@ -139,39 +140,6 @@ def _of_draws(
     """Picture of the last test's draws; None where a result was kept without them."""
     test = result.tests[-1]
     return None if test.draws is None else drawn(test, test.draws)
-
-
-def _life(result: DriveResult) -> Picture | None:
-    """Remaining life against the limits that are not passed yet; None if there is none."""
-    coming = outlook.not_passed(result.forecasts)
-    if outlook.overall(coming) is None:
-        return None
-    ahead = result.drive.forecast.next_shutdown_hours
-    shown = ahead if outlook.shutdown_ahead(result) else None
-    return remaining_life(
-        coming,
-        shown,
-        doubtful=not result.converged,
-        passed=outlook.passed(result.forecasts),
-    )
-
-
-def _trends(result: DriveResult) -> list[tuple[str, Picture]]:
-    if result.trend is None:
-        return []
-    return [
-        (
-            capital(outlook.limit_words(forecast.limit)),
-            trend_fan(
-                result.trend.figures[forecast.limit.key],
-                forecast,
-                result.tests,
-                doubtful=not result.converged,
-            ),
-        )
-        for forecast in result.forecasts
-        if forecast.limit is not None and forecast.limit.key in result.trend.figures
-    ]
 
 
 def _panel(test: TestResult, scales: PanelScales, settings: ReportSettings) -> Panel:

@@ -44,35 +44,11 @@ def svg_of(uri: str) -> str:
 
 
 def _pictures(result: DriveResult) -> list[Picture]:
-    from hdprog.reporting import outlook
-    from hdprog.reporting.figures.remaining_life import remaining_life
-    from hdprog.reporting.figures.trend_fan import trend_fan
+    from hdprog.reporting.figures.service_life import life_picture, trend_pictures
     from hdprog.reporting.reader_units import shown_in
     from hdprog.reporting.style import house_style
 
-    drawn: list[Picture] = []
-    coming = outlook.not_passed(result.forecasts)
     with house_style(), shown_in(result.drive.report):
-        if outlook.overall(coming) is not None:
-            ahead = result.drive.forecast.next_shutdown_hours
-            shown = ahead if outlook.shutdown_ahead(result) else None
-            drawn.append(
-                remaining_life(
-                    coming,
-                    shown,
-                    doubtful=not result.converged,
-                    passed=outlook.passed(result.forecasts),
-                )
-            )
-        if result.trend is not None:
-            drawn += [
-                trend_fan(
-                    result.trend.figures[one.limit.key],
-                    one,
-                    result.tests,
-                    doubtful=not result.converged,
-                )
-                for one in result.forecasts
-                if one.limit is not None and one.limit.key in result.trend.figures
-            ]
-    return drawn
+        life = life_picture(result)
+        trends = [drawn for _, drawn in trend_pictures(result)]
+    return trends if life is None else [life, *trends]

@@ -1,0 +1,44 @@
+"""The pictures of a drive's service life, for its report and its page: remaining life, trends."""
+
+from __future__ import annotations
+
+from hdprog.config import Limit
+from hdprog.reporting import outlook
+from hdprog.reporting.figures.remaining_life import remaining_life
+from hdprog.reporting.figures.trend_fan import trend_fan
+from hdprog.reporting.style import Picture
+from hdprog.results import DriveResult
+
+
+def life_picture(result: DriveResult) -> Picture | None:
+    """Remaining life against the limits that are not passed yet; None if there is none."""
+    coming = outlook.not_passed(result.forecasts)
+    if outlook.overall(coming) is None:
+        return None
+    ahead = result.drive.forecast.next_shutdown_hours
+    shown = ahead if outlook.shutdown_ahead(result) else None
+    return remaining_life(
+        coming,
+        shown,
+        doubtful=not result.converged,
+        passed=outlook.passed(result.forecasts),
+    )
+
+
+def trend_pictures(result: DriveResult) -> list[tuple[Limit, Picture]]:
+    """The course of each figure that has a limit, and that limit."""
+    if result.trend is None:
+        return []
+    return [
+        (
+            forecast.limit,
+            trend_fan(
+                result.trend.figures[forecast.limit.key],
+                forecast,
+                result.tests,
+                doubtful=not result.converged,
+            ),
+        )
+        for forecast in result.forecasts
+        if forecast.limit is not None and forecast.limit.key in result.trend.figures
+    ]
