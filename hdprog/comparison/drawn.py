@@ -9,7 +9,7 @@ import numpy as np
 
 from hdprog.inference.diagnostics import Diagnostics
 from hdprog.inference.fit_loop import sample_posterior
-from hdprog.inference.fit_other import fit_other
+from hdprog.inference.fit_other import ensembles_in_words, fit_other
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.prepare import Prepared, settle_noise
 from hdprog.inference.starting_points import StartingPoint
@@ -57,9 +57,7 @@ def drive_draws(prepared: Prepared, rng: np.random.Generator, plan: SamplingPlan
         posterior.noise_scale,
         posterior.diagnostics,
         posterior.converged,
-        "{ensembles:.0f} independent emcee ensembles of {walkers:.0f} walkers".format(
-            **posterior.sampling
-        ),
+        ensembles_in_words(posterior.sampling),
         posterior.sampling,
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from hdprog.inference.noise import NoiseModel
 from hdprog.inference.other_likelihood import OtherLikelihood, PlainPosterior
 from hdprog.inference.other_starts import least_squares, other_starts
 from hdprog.inference.prepare import Prepared, noise_about
-from hdprog.inference.sampler import ENSEMBLES, WALKERS, initial_states
+from hdprog.inference.sampler import ENSEMBLES, initial_states
 from hdprog.inference.starting_points import StartingPoint, describe
 from hdprog.inference.truncated_gaussian import sample_weights
 from hdprog.inference.until_converged import SamplingPlan, sample_until_converged
@@ -170,7 +171,7 @@ def _ensembles(
 ) -> OtherPosterior:
     """The other parametric models, by independent emcee ensembles like the drive model."""
     posterior = PlainPosterior(likelihood)
-    walkers = max(WALKERS, _WALKERS_A_DIMENSION * likelihood.size)
+    walkers = max(plan.walkers, _WALKERS_A_DIMENSION * likelihood.size)
     states = initial_states(posterior, starts, rng, walkers=walkers)
     chains, diagnostics, sampling, converged = sample_until_converged(
         posterior, states, plan, rng, None, None
@@ -185,8 +186,14 @@ def _ensembles(
         diagnostics,
         converged,
         sampling,
-        f"{ENSEMBLES} independent emcee ensembles of {walkers} walkers",
+        ensembles_in_words(sampling),
     )
+
+
+def ensembles_in_words(sampling: Mapping[str, float]) -> str:
+    """How a run of `sample_until_converged` sampled, from the numbers that it gives."""
+    ensembles, walkers = sampling["ensembles"], sampling["walkers"]
+    return f"{ensembles:.0f} independent emcee ensembles of {walkers:.0f} walkers"
 
 
 def _posterior(
