@@ -19,7 +19,7 @@ from hdprog.inference.measured_noise import local_slope
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare, settle_noise
 from hdprog.inference.priors import Prior
-from hdprog.inference.sampler import RidgePosterior, initial_states
+from hdprog.inference.sampler import RidgePosterior, initial_states, worth_walkers
 from hdprog.inference.starting_points import StartingPoint, describe
 from hdprog.inference.until_converged import (
     FULL,
@@ -125,7 +125,7 @@ def sample_posterior(
     plan = plan.suited_to(sampled.blocks)
     states = initial_states(posterior, modes, rng, parts, walkers=plan.walkers)
     chains, diagnostics, sampling, converged = sample_until_converged(
-        posterior, states, plan, rng, executor, progress
+        posterior, states, plan, rng, executor, progress, worth_walkers(modes)
     )
     most = plan.stored_steps if linearised is None else min(plan.stored_steps, _WITH_EFFECTS)
     stored = chains[:, :: -(-chains.shape[1] // most)]

@@ -183,6 +183,11 @@ def fresh_random_state(rng: np.random.Generator) -> Any:
     ).get_state()
 
 
+def worth_walkers(starts: list[StartingPoint]) -> list[StartingPoint]:
+    """Modes, best first, without those that are much worse than the best."""
+    return [start for start in starts if start.deviance < starts[0].deviance + 12.0]
+
+
 def initial_states(
     posterior: RidgePosterior,
     starts: list[StartingPoint],
@@ -207,7 +212,7 @@ def initial_states(
     one EnsembleState a part
     """
     size = posterior.likelihood.size
-    near = [start for start in starts if start.deviance < starts[0].deviance + 12.0]
+    near = worth_walkers(starts)
     mass = np.array(
         [0.5 * np.linalg.slogdet(start.covariance)[1] - 0.5 * start.deviance for start in near]
     )

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hdprog.inference.diagnostics import LENGTHS, Diagnostics, autocorrelation_time, diagnose
+from hdprog.inference.lost_modes import lost_modes
 from hdprog.inference.mixture_proposal import Mixture, fit_mixture
 from hdprog.inference.sampler import (
     INDEPENDENT,
@@ -18,6 +19,7 @@ from hdprog.inference.sampler import (
     RidgePosterior,
     sample_ensembles,
 )
+from hdprog.inference.starting_points import StartingPoint
 from hdprog.inference.threshold_redraw import ThresholdRedraw
 from hdprog.physics.parameters import FloatArray
 
@@ -103,8 +105,12 @@ def sample_until_converged(
     rng: np.random.Generator,
     executor: Executor | None,
     progress: Progress | None,
+    modes: Sequence[StartingPoint] = (),
 ) -> tuple[FloatArray, Diagnostics, dict[str, float], bool]:
-    """Warm up, freeze the proposal, sample until all diagnostics pass or the bound is reached."""
+    """Warm up, freeze the proposal, sample until all diagnostics pass or the bound is reached.
+
+    Nor may any of the modes that the search had found be lost, where they are given.
+    """
     spread = map if executor is None else executor.map
     ensembles, walkers = sum(len(one.position) for one in states), states[0].position.shape[1]
     steps_done = refits = 0
@@ -122,9 +128,16 @@ def sample_until_converged(
         accepted = float(np.mean([share for _, share, _ in results]))
         return chains, accepted, [state for _, _, state in results]
 
+    def fitted_anew(seen: list[FloatArray]) -> Mixture:
+        again = fit_mixture(
+            np.concatenate([*seen, *regained]), plan.components[-1] + 4 * refits + 2, rng
+        )
+        return replace(again, degrees=_TAIL_DEGREES)
+
     mixture: Mixture | None = None
     redraw = ThresholdRedraw(posterior.likelihood) if posterior.likelihood.ridge else None
     late: list[FloatArray] = []
+    regained: list[FloatArray] = []
     cooling = plan.temperatures[-len(plan.warm_up_steps) :]
     parts = zip(plan.warm_up_steps, cooling, plan.components, strict=False)
     for steps, temperature, components in parts:
@@ -145,7 +158,7 @@ def sample_until_converged(
         if tau > _SLOW and refits < fits and worth_it:
             # The proposal misses part of the posterior: what was seen so far becomes warm-up.
             slowest, fitted_to = tau, total
-            seen = _some(ridge, plan.fitted_draws)
+            seen = [_some(ridge, plan.fitted_draws)]
             if plan.wide_steps:
                 wide_steps, here = (refits + 1) * plan.wide_steps, states
                 wide, _, there = advance(wide_steps, mixture, _WIDE_TEMPERATURE)
@@ -153,9 +166,8 @@ def sample_until_converged(
                     replace(one, position=was.position)
                     for one, was in zip(there, here, strict=True)
                 ]
-                seen = np.concatenate([seen, _some(wide[:, wide_steps // 4 :], plan.fitted_draws)])
-            again = fit_mixture(seen, plan.components[-1] + 4 * refits + 2, rng)
-            mixture = replace(again, degrees=_TAIL_DEGREES)
+                seen.append(_some(wide[:, wide_steps // 4 :], plan.fitted_draws))
+            mixture = fitted_anew(seen)
             warm_up, refits = steps_done, refits + 1
             ridge, accepted, states = advance(plan.first_steps * refits, mixture)
             continue
@@ -166,6 +178,19 @@ def sample_until_converged(
             chains = _unconstrained(posterior, ridge[:, :: max(1, int(tau / 2))])
             diagnostics = diagnose(chains)
             converged = total >= wanted and diagnostics.passes(plan.required_ess)
+            lost = None
+            if converged and modes and mixture is not None:
+                lost = lost_modes(posterior, mixture, ridge, modes, states[0].random_state)
+                converged = lost is None
+            if lost is not None and steps_done < plan.most_steps + plan.further_steps:
+                # All before was without them: walkers first find their way back.
+                regained.append(lost)
+                mixture = fitted_anew([_some(ridge, plan.fitted_draws)])
+                slowest, fitted_to, refits = math.inf, plan.first_steps, refits + 1
+                _, _, states = advance(plan.first_steps, mixture)
+                warm_up = steps_done
+                ridge, accepted, states = advance(plan.first_steps * refits, mixture)
+                continue
             if converged or steps_done >= plan.most_steps + plan.further_steps:
                 break
             if steps_done >= bound:
