@@ -234,6 +234,15 @@ def _figures_leave_out(likelihood: LoopLikelihood) -> str:
     )
     if any(effect.lasting and effect.static for effect in likelihood.effects):
         said += " Width, loss and lost motion with what is lasting are given beside them."
+    dividing = [effect for effect in likelihood.effects if effect.divides_width]
+    if dividing:
+        named = " and ".join(spoken_effect(effect.id) for effect in dividing)
+        said += (
+            f" How much of the width and loss is the drive's and how much belongs to {named} hangs "
+            "on the assumed shape, and their intervals do not hold that."
+        )
+        if all(effect.static for effect in dividing):
+            said += " Go by width and loss with it."
     return said
 
 

@@ -100,6 +100,8 @@ class Effect(ABC):
         cycle of the figures of merit
     at_torque : whether what it adds to the angle sits at a torque of the drive, not at one of the
         sensor's: errors of the reading are taken out of the course that it is given
+    divides_width : whether the loop's width divides between it and the drive's own friction by the
+        shape that it is given here, which intervals know nothing of
     """
 
     id: ClassVar[str]
@@ -110,6 +112,7 @@ class Effect(ABC):
     lasting: ClassVar[bool] = False
     static: ClassVar[bool] = False
     at_torque: ClassVar[bool] = False
+    divides_width: ClassVar[bool] = False
 
     def __eq__(self, other: object) -> bool:
         """Whether it is the same effect: one that comes from another process is another object."""

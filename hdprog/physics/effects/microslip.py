@@ -37,6 +37,7 @@ class Microslip(Effect):
     )
     lasting = True
     static = True
+    divides_width = True
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
         """w in rad, T_m in Nm, initial state."""

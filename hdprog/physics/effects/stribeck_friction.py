@@ -33,6 +33,7 @@ class StribeckFriction(Effect):
         "check the grease."
     )
     lasting = True
+    divides_width = True
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
         """w in rad, r_s in Nm/s, initial state."""
