@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hdprog.config import Drive
 from hdprog.data.doubts import doubts
@@ -15,7 +16,9 @@ from hdprog.data.noise_level import channel_noise, quantisation_step
 from hdprog.data.turning_points import turning_points
 from hdprog.data.usable import require_numbers, require_usable
 
-__all__ = ["Quality", "assess", "secant_stiffness"]
+__all__ = ["Quality", "Sides", "assess", "secant_stiffness", "sides_of"]
+
+Sides = Literal["one-sided", "two-sided"]
 
 _TWO_SIDED_SHARE = 0.1
 
@@ -55,7 +58,7 @@ class Quality:
     samples: int
     cycles: float
     branches: int
-    sides: Literal["one-sided", "two-sided"]
+    sides: Sides
     torque_min: float
     torque_max: float
     angle_span: float
@@ -112,9 +115,7 @@ def assess(loop: Loop, drive: Drive | None = None) -> Quality:
         samples=len(loop),
         cycles=float(travel.sum()) / (2.0 * (high - low)),
         branches=int(turns.size) - 1,
-        sides="two-sided"
-        if low < 0 < high and min(-low, high) > _TWO_SIDED_SHARE * max(-low, high)
-        else "one-sided",
+        sides=sides_of(torque),
         torque_min=low,
         torque_max=high,
         angle_span=float(np.ptp(loop.angle)),
@@ -129,6 +130,13 @@ def assess(loop: Loop, drive: Drive | None = None) -> Quality:
         angle_noise=channel_noise(loop.angle, loop.time),
         warnings=tuple(dict.fromkeys((*loop.warnings, *found))),
     )
+
+
+def sides_of(torque: NDArray[np.float64]) -> Sides:
+    """Whether a torque (samples,) changes sign by more than a tenth of its largest size."""
+    low, high = float(torque.min()), float(torque.max())
+    both = low < 0 < high and min(-low, high) > _TWO_SIDED_SHARE * max(-low, high)
+    return "two-sided" if both else "one-sided"
 
 
 def secant_stiffness(loop: Loop) -> float:

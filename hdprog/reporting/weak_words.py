@@ -1,4 +1,4 @@
-"""What a test cannot tell, in words: parameters known together, priors that speak, the tooth angle.
+"""What a test cannot tell, in words: what is known together, priors, the tooth angle, a side.
 
 The sentences hold no numbers, so that tests of which the same is to be said are named in one.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from hdprog.data.quality import sides_of
 from hdprog.reporting.words import agree, capital, listed, parameter_name, quantity
 from hdprog.results import Identification, TestResult
 
@@ -22,7 +23,8 @@ _LEAST_CHANGE, _OF_INTERVAL = 0.02, 0.25
 
 def weak_words(test: TestResult) -> list[str]:
     """Sentences on what a test leaves open, those that touch a limit first."""
-    found = _limited_by_prior(test) + _limited_by_angle(test) + _disagreements(test)
+    found = _limited_by_prior(test) + _limited_by_angle(test) + _mirrored(test)
+    found += _disagreements(test)
     state = test.identification
     covered: set[str] = set()
     if state is not None and state.one_spring:
@@ -111,6 +113,17 @@ def _limited_by_angle(test: TestResult) -> list[str]:
         "not declared. Set alpha_deg in drive.toml; Parameters shows what another angle gives."
         for key in dict.fromkeys(limit.key for limit in test.drive.limits)
         if key in test.figures and _tells(test.figures[key], other.figures[key][0.50])
+    ]
+
+
+def _mirrored(test: TestResult) -> list[str]:
+    # By the blocks that were fitted: a spike to the other side is no load.
+    if sides_of(test.fit.torque) == "two-sided":
+        return []
+    return [
+        "The drive was loaded to one side only. Width, loss and lost motion are those of a whole "
+        "cycle to both sides: the other side is taken to mirror this one, which the record does "
+        "not show. Load to both sides to measure it."
     ]
 
 

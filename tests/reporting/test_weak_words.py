@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from hdprog.config import Limit
@@ -166,6 +167,19 @@ def test_what_another_tooth_angle_changes_is_tabled() -> None:
         0.4 * test.parameters["K_W"].quantiles[0.5]
     )
     assert summary_json(plain)["tests"][0]["other_tooth_angle"] is None
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_side_without_load_is_said_to_be_mirrored(sign: float) -> None:
+    whole = only_test(single())
+    torque = sign * np.abs(whole.fit.torque)
+    torque[7] = -0.05 * torque[7]  # an overshoot at the turn loads no side
+    result = single(fit=replace(whole.fit, torque=torque))
+    said = [text for text in weak_words(only_test(result)) if "mirror" in text]
+    assert len(said) == 1
+    assert said[0].startswith("The drive was loaded to one side only. Width, loss and lost motion")
+    assert said[0] in summary_json(result)["tests"][0]["warnings"]
+    assert said[0] in Page(build_report(result)).text
 
 
 def test_a_figure_of_zero_has_no_change_in_per_cent() -> None:
