@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 THIN_SPACE = "\u202f"
 """Narrow no-break space: groups thousands and stands before a unit."""
@@ -10,6 +11,7 @@ MINUS = "\u2212"
 """The sign of negative numbers on pages and in pictures."""
 _SLACK = 1e-9  # a number that lies on a step up to floating point is on it
 _LEAST_OF_FAR_END = 0.01
+_LEAST_APART = 0.1  # of two numbers: from there on they are not said to be one
 _MOST_DIGITS = 7  # significant ones: more are never of use, however small the uncertainty
 _LEAST_WRITTEN_OUT = 0.01  # a number from here on has at most six decimals and no power of ten
 
@@ -96,17 +98,27 @@ def interval(low: float, middle: float, high: float) -> tuple[str, str, str]:
     """Three quantiles to the digits that half the interval allows.
 
     Half of a long one can be more than its near end: where no end is past zero that end, if it is
-    more than a hundredth of the far one, keeps a digit, as a stiffness of 0 is none.
+    more than a hundredth of the far one, keeps a digit, as a stiffness of 0 is none. Nor do the
+    middle and an end near it read alike that differ by a tenth of themselves: their own distance
+    tells their digits.
     """
     uncertainty = (high - low) / 2.0
     worth = _LEAST_OF_FAR_END * max(abs(low), abs(high)) if low * high > 0 else math.inf
 
-    def shown(value: float) -> str:
+    def shown(value: float, uncertainty: float) -> str:
         text = rounded(value, uncertainty)
         gone = abs(value) >= worth and not text.strip("-0." + MINUS)
         return significant(value, 1) if gone else text
 
-    return shown(low), shown(middle), shown(high)
+    levels = (low, middle, high)
+    texts = [shown(value, uncertainty) for value in levels]
+    for at, (near, far) in enumerate(pairwise(levels)):
+        least = _LEAST_APART * max(abs(near), abs(far))
+        if low * high <= 0:  # next to zero every number is far from every other
+            least = _LEAST_OF_FAR_END * max(abs(low), abs(high))
+        if far - near > least and texts[at] == texts[at + 1]:
+            texts[at : at + 2] = (shown(value, far - near) for value in (near, far))
+    return texts[0], texts[1], texts[2]
 
 
 def hours(value: float, uncertainty: float | None = None) -> str:

@@ -124,3 +124,30 @@ def test_the_near_end_of_a_long_interval_is_not_said_to_be_zero() -> None:
     assert interval(0.3, 5.2, 22.0)[0] == "0.3"
     assert interval(1e-3, 5.2, 22.0)[0] == "0"
     assert interval(-0.3, 5.2, 22.0)[0] == "0"
+
+
+@pytest.mark.parametrize(
+    ("levels", "texts"),
+    [
+        ((66e3, 142e3, 3e6), ("70 000", "140 000", "3 000 000")),
+        ((10.0, 56.0, 64.0), ("10", "56", "64")),
+        ((-64.0, -56.0, -10.0), ("−64", "−56", "−10")),
+        ((0.0, 0.02, 1.0), ("0.00", "0.02", "1.0")),
+        # Next to one number, or to zero: more digits would tell nothing.
+        ((95e3, 105e3, 3e6), ("100 000", "100 000", "3 000 000")),
+        ((-0.001, 0.0002, 10.0), ("0", "0", "10")),
+    ],
+)
+def test_a_skewed_interval_tells_its_median_from_the_near_end(
+    levels: tuple[float, float, float], texts: tuple[str, str, str]
+) -> None:
+    assert tuple(map(spaced, interval(*levels))) == texts
+
+
+@given(st.floats(1e-3, 1e5), st.floats(0.12, 100.0), st.floats(0.12, 100.0))
+def test_levels_that_differ_by_more_than_a_tenth_never_read_alike(
+    low: float, first: float, second: float
+) -> None:
+    middle = low * (1.0 + first)
+    texts = interval(low, middle, middle * (1.0 + second))
+    assert len(set(texts)) == 3
