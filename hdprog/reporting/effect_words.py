@@ -225,27 +225,28 @@ def remaining_cells(levels: Mapping[float, float | None]) -> tuple[str, str, str
 
 
 def remaining_words(levels: Mapping[float, float | None]) -> str:
-    """Hours left between 5 and 95 %: "1 200 to 1 900 h", or "later than the horizon"."""
+    """Say the hours left at 90 %, to go on after "remaining life is"."""
     if levels.get(0.95) == 0.0:
-        return "none"
-    early, _, late = remaining_cells(levels)
+        return "used up"
+    early, middle, late = remaining_cells(levels)
     if early == "later":
-        return "later than the horizon"
+        return "beyond the horizon"
+    at_once = without_unit(early) == "0"
     if late == "later":
-        return f"{early} to later than the horizon"
-    return f"{without_unit(early)} to {late}"
+        chance = "probably" if middle == "later" else "possibly"
+        some = f"at least {early} and {chance} beyond the horizon"
+        return "anything from none to beyond the horizon" if at_once else some
+    return f"at most {late}" if at_once else f"between {without_unit(early)} and {late}"
 
 
-def moved_words(
-    old: Mapping[float, float | None], new: Mapping[float, float | None], effects: str, them: str
-) -> str | None:
-    """Say what effects, and with what pronoun, did to the hours left; None where none are left."""
+def moved_words(old: Mapping[float, float | None], new: Mapping[float, float | None]) -> str | None:
+    """Say what the effects did to the hours left; None where none are left either way."""
     before, after = remaining_words(old), remaining_words(new)
     if old.get(0.95) == new.get(0.95) == 0.0:
         return None
     if before == after:
-        return f"Remaining life (90 %) is {after}, with {effects} and without."
-    return f"Remaining life (90 %) moves from {before} without {effects} to {after} with {them}."
+        return f"Remaining life (90 %) is {after}, with what was added and without it."
+    return f"Without what was added, remaining life (90 %) is {before}; with it, {after}."
 
 
 def carriers(explanation: Explanation | DriveExplanation) -> tuple[Carrier, ...]:
@@ -278,8 +279,7 @@ def traced_sentences(explanation: Explanation | DriveExplanation) -> list[str]:
         said.append(f"{_remains(explanation.left_over)}; it was not added.")
     if isinstance(explanation, DriveExplanation):
         old, new = explanation.remaining_hours_before, explanation.remaining_hours_after
-        them = agree(len(explanation.effects), "it", "them")
-        moved = None if old is None or new is None else moved_words(old, new, them, them)
+        moved = None if old is None or new is None else moved_words(old, new)
         if moved is not None:
             said.append(moved)
     return said

@@ -278,11 +278,11 @@ def _remaining(found: DriveExplanation) -> Part | None:
     before, after = found.remaining_hours_before, found.remaining_hours_after
     if table is None or before is None or after is None:
         return None
-    moved = moved_words(before, after, "the effects", "them")
+    moved = moved_words(before, after)
     if moved is None:
         return None
     said = (
-        f"{moved} The hours without them serve to compare: they are reckoned more roughly, loops "
+        f"{moved} The hours without it serve to compare: they are reckoned more roughly, loops "
         "and trend not sampled together."
     )
     return Part("What it did to the remaining life", (tidy(said),), (), (table,))
