@@ -167,4 +167,18 @@ def above_noise(found: Errors) -> str | None:
 
 def down_to_noise(found: Errors) -> bool:
     """Whether no more than noise is left on the data fitted."""
-    return found.after.rmse_rad <= _AT * found.floor
+    return _is_noise(found.after, found.floor)
+
+
+def unexplained_alone(tests: Sequence[Explanation]) -> list[Explanation]:
+    """Tests with effects on which the drive model alone leaves more than noise.
+
+    What a drive's tests have in common is added to those, too, that do not show it.
+    """
+    return [
+        test for test in tests if test.effects and not _is_noise(test.before, test.noise_floor_rad)
+    ]
+
+
+def _is_noise(left: ErrorFigures, floor: float) -> bool:
+    return left.rmse_rad <= _AT * floor

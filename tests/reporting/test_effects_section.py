@@ -221,7 +221,7 @@ def test_a_drive_tells_origin_hours_left_and_each_test() -> None:
     drive = explanations.drive_explanation()
     found = section(drive)
     assert spaced(found.lead) == (
-        "The drive model alone does not explain 5 of 7 tests; backlash (a step in angle where "
+        "The drive model alone does not explain 3 of 7 tests; backlash (a step in angle where "
         "torque changes sign) does. Error over all tests 9.5 → 7.1 µrad on the data fitted and "
         "10 → 7.4 µrad on data left out of the fit (noise floor 7.0 µrad)."
     )
@@ -289,6 +289,20 @@ def test_an_effect_of_the_rig_is_not_counted_as_wear() -> None:
     assert "says nothing of the drive's wear" in said(drive)
     unclear = explanations.drive_explanation(effects=(explanations.backlash(origin="unclear"),))
     assert "cannot be told from these tests" in said(unclear)
+
+
+def test_tests_at_their_noise_are_not_counted_as_unexplained() -> None:
+    drive = explanations.drive_explanation()
+    shown = replace(drive, tests=drive.tests[-1:] * 5)
+    floor = drive.tests[-1].noise_floor_rad
+    at_noise = replace(drive.tests[-1], before=ErrorFigures(floor, floor, floor, 0.0))
+    beside = section(replace(drive, tests=(at_noise, *shown.tests))).lead
+    assert beside.startswith("The drive model alone does not explain 5 of 6 tests; backlash")
+    # What all have in common may be clear from all of them only.
+    together = section(replace(drive, tests=(at_noise,) * 6)).lead
+    assert together.startswith(
+        "The drive model alone does not explain these 6 tests taken together; backlash"
+    )
 
 
 def test_a_drive_without_a_forecast_tells_no_hours_left() -> None:

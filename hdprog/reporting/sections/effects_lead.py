@@ -18,6 +18,7 @@ from hdprog.reporting.error_words import (
     down_to_noise,
     errors,
     not_predicted,
+    unexplained_alone,
 )
 from hdprog.reporting.words import agree, counted, listed
 
@@ -61,8 +62,10 @@ def _nothing_added(found: Explanation | DriveExplanation) -> str:
 def _where(found: Explanation | DriveExplanation) -> str:
     if isinstance(found, Explanation):
         return "this record"
-    with_effects = sum(bool(test.effects) for test in found.tests)
-    return f"{with_effects} of {counted(len(found.tests), 'test')}"
+    count, shown = len(found.tests), len(unexplained_alone(found.tests))
+    if shown == 0:  # each by itself is down to its noise
+        return agree(count, "this test", f"these {count} tests taken together")
+    return f"{shown} of {counted(count, 'test')}"
 
 
 def _found(found: Explanation | DriveExplanation) -> str:
