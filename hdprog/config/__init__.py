@@ -1,7 +1,8 @@
 """The drive's file (drive.toml): what is known and declared about one drive, and its limits."""
 
-from hdprog.config.drive import QUANTITIES, Drive, ForecastSettings, Limit, NoiseResolution
+from hdprog.config.drive import Drive, ForecastSettings, NoiseResolution
 from hdprog.config.drive_file import drive_from_mapping, read_drive
+from hdprog.config.limits import QUANTITIES, Limit
 from hdprog.config.report_settings import ReportSettings
 
 __all__ = [

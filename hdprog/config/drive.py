@@ -6,49 +6,23 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
 
+from hdprog.config.limits import Limit, refuse_contradictions, require_rated_torque
 from hdprog.config.report_settings import ReportSettings
-from hdprog.config.rules import Hours, Positive, Risk, Text, ToothAngle, Torque, check_fields
-
-STIFFNESSES_AT_TORQUE = ("local_stiffness_Nm_per_rad", "secant_stiffness_Nm_per_rad")
-CATALOGUE_STIFFNESSES = ("K1_Nm_per_rad", "K2_Nm_per_rad", "K3_Nm_per_rad")
-"""Between the torques of makers' catalogues: 0 to T1, to T2, and beyond."""
-QUANTITIES = (
-    "hysteresis_width_arcmin",
-    "hysteresis_loss_J",
-    "lost_motion_arcmin",
-    "preload_Nm",
-    *STIFFNESSES_AT_TORQUE,
-    *CATALOGUE_STIFFNESSES,
+from hdprog.config.rules import (
+    ColumnsTable,
+    Hours,
+    Positive,
+    Risk,
+    Text,
+    ToothAngle,
+    Torque,
+    Values,
+    check_fields,
+    check_table,
 )
-"""Every figure of merit that a limit may be set on."""
 
 DEFAULT_ALPHA = math.radians(30.0)
-
-
-@dataclass(frozen=True)
-class Limit:
-    """A figure of merit and the threshold that it must not cross.
-
-    `threshold` is in the unit that the quantity's name ends in; `direction` is the side that is
-    past the limit; `at_torque_Nm` is set for stiffnesses at a torque and None for all others.
-    """
-
-    quantity: str
-    threshold: Positive
-    direction: Literal["above", "below"]
-    at_torque_Nm: Torque | None = None
-
-    def __post_init__(self) -> None:
-        check_fields(self)
-
-    @property
-    def key(self) -> str:
-        """Key of the figure in summaries, e.g. ``secant_stiffness_Nm_per_rad@14Nm``."""
-        if self.at_torque_Nm is None:
-            return self.quantity
-        return f"{self.quantity}@{self.at_torque_Nm:g}Nm"
 
 
 @dataclass(frozen=True)
@@ -102,12 +76,16 @@ class Drive:
     limits: tuple[Limit, ...] = ()
     forecast: ForecastSettings = ForecastSettings()
     columns: Mapping[str, str] = field(default_factory=dict)
-    select: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    select: Mapping[Text, Values] = field(default_factory=dict)
     report: ReportSettings = field(default_factory=ReportSettings)
     source: Path | None = None
 
     def __post_init__(self) -> None:
         check_fields(self)
+        check_table(self, "columns", ColumnsTable)
+        for limit in self.limits:
+            require_rated_torque(limit.quantity, self.rated_torque, "Drive, limits")
+        refuse_contradictions(self.limits, "Drive, limits")
 
     @classmethod
     def default(cls) -> Drive:

@@ -2,58 +2,44 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from pydantic import BaseModel, BeforeValidator, Field, ValidationError
+from pydantic import BaseModel, ValidationError
 
 from hdprog.config.as_written import as_written
 from hdprog.config.drive import (
     DEFAULT_ALPHA,
-    QUANTITIES,
-    STIFFNESSES_AT_TORQUE,
     Drive,
     ForecastSettings,
-    Limit,
     NoiseResolution,
+)
+from hdprog.config.limits import (
+    Limit,
+    nearest,
+    refuse_contradictions,
+    require_quantity,
+    require_rated_torque,
 )
 from hdprog.config.report_settings import ReportSettings, report_settings
 from hdprog.config.rules import (
     STRICT,
+    ColumnsTable,
     Hours,
     Positive,
     Risk,
     Text,
     ToothAngleDegrees,
     Torque,
+    Values,
     expected_words,
 )
 from hdprog.errors import BadInputError
 
 __all__ = ["drive_from_mapping", "read_drive"]
-
-
-def _as_values(found: object) -> object:
-    """Accept one value, a list, or ``"100,101"`` for the values of a selection."""
-    if isinstance(found, str):
-        return tuple(part.strip() for part in found.split(","))
-    if isinstance(found, list | tuple):
-        return tuple(_as_value(part) for part in found)
-    value = _as_value(found)
-    return (value,) if isinstance(value, str) else found
-
-
-def _as_value(found: object) -> object:
-    """Write a number as its text; what is neither stays, to be refused."""
-    whole = isinstance(found, int) and not isinstance(found, bool)
-    return str(found) if whole or (isinstance(found, float) and math.isfinite(found)) else found
-
-
-_Values = Annotated[tuple[Text, ...], Field(min_length=1), BeforeValidator(_as_values)]
 
 
 class _Section(BaseModel):
@@ -91,15 +77,6 @@ class _ForecastSection(_Section):
     next_shutdown_hours: Hours | None = ForecastSettings.next_shutdown_hours
 
 
-class _ColumnsSection(_Section):
-    torque: Text | None = None
-    angle: Text | None = None
-    # Empty leaves an optional column out.
-    time: str | None = None
-    temperature: str | None = None
-    output_angle: str | None = None
-
-
 class _ReportSection(_Section):
     angle_unit: Text = ReportSettings.angle_unit
     torque_unit: Text = ReportSettings.torque_unit
@@ -111,18 +88,18 @@ class _DriveFile(_Section):
     prior: _PriorSection = _PriorSection()
     limits: list[_LimitSection] = []
     forecast: _ForecastSection = _ForecastSection()
-    columns: _ColumnsSection = _ColumnsSection()
-    select: dict[Text, _Values] = {}
+    columns: ColumnsTable = ColumnsTable()
+    select: dict[Text, Values] = {}
     report: _ReportSection = _ReportSection()
 
 
-_SECTIONS: dict[str, type[_Section]] = {
+_SECTIONS: dict[str, type[BaseModel]] = {
     "drive": _DriveSection,
     "noise": _NoiseSection,
     "prior": _PriorSection,
     "limits": _LimitSection,
     "forecast": _ForecastSection,
-    "columns": _ColumnsSection,
+    "columns": ColumnsTable,
     "report": _ReportSection,
 }
 
@@ -189,7 +166,7 @@ def drive_from_mapping(mapping: Mapping[str, Any], source: Path | None = None) -
         _limit(section, rated, f"{where}, [[limits]] number {number}")
         for number, section in enumerate(content.limits, start=1)
     )
-    _refuse_contradictions(limits, f"{where}, [[limits]]")
+    refuse_contradictions(limits, f"{where}, [[limits]]")
     alpha_deg = content.drive.alpha_deg
     return Drive(
         id=content.drive.id.strip(),
@@ -215,29 +192,8 @@ def drive_from_mapping(mapping: Mapping[str, Any], source: Path | None = None) -
 def _limit(section: _LimitSection, rated: float | None, where: str) -> Limit:
     """Check what the parts of one limit mean together."""
     quantity, at = section.quantity, section.at_torque_Nm
-    if quantity not in QUANTITIES:
-        raise BadInputError(
-            f'quantity = "{quantity}"',
-            where,
-            "one of " + ", ".join(QUANTITIES),
-            _nearest(quantity, QUANTITIES) or "Choose one of these.",
-        )
-    if (at is None) == (quantity in STIFFNESSES_AT_TORQUE):
-        raise BadInputError(
-            f"{quantity} {'without' if at is None else 'with'} at_torque_Nm",
-            where,
-            "at_torque_Nm for " + " and ".join(STIFFNESSES_AT_TORQUE) + ", and for nothing else",
-            "Add at_torque_Nm = 14.0 with the torque that the stiffness is read at."
-            if at is None
-            else "Remove at_torque_Nm.",
-        )
-    if quantity == "lost_motion_arcmin" and rated is None:
-        raise BadInputError(
-            "a limit on lost_motion_arcmin in a drive without rated_torque_Nm",
-            where,
-            "the drive's rated torque, as lost motion is read at 4 % of it",
-            "Add rated_torque_Nm under [drive].",
-        )
+    require_quantity(quantity, at, where)
+    require_rated_torque(quantity, rated, where)
     if section.above is not None and section.below is None:
         return Limit(quantity, section.above, "above", at)
     if section.below is not None and section.above is None:
@@ -249,29 +205,6 @@ def _limit(section: _LimitSection, rated: float | None, where: str) -> Limit:
         "Write above = 2.0 where high values are bad, below = 0.3 where low ones are; two limits "
         "are two [[limits]] entries.",
     )
-
-
-def _refuse_contradictions(limits: Sequence[Limit], where: str) -> None:
-    """Refuse limits twice on the same side, and two that every drive is past from the start."""
-    thresholds: dict[tuple[str, str], float] = {}
-    for limit in limits:
-        if (limit.key, limit.direction) in thresholds:
-            raise BadInputError(
-                f"two limits on {limit.key}, both {limit.direction}",
-                where,
-                "one limit a quantity and direction",
-                "Remove one of them.",
-            )
-        thresholds[limit.key, limit.direction] = limit.threshold
-    for (key, direction), threshold in thresholds.items():
-        highest = thresholds.get((key, "above"), math.inf)
-        if direction == "below" and threshold >= highest:
-            raise BadInputError(
-                f"limits on {key}, above = {highest:g} and below = {threshold:g}",
-                where,
-                "room between the two: above and below name the sides that are past the limit",
-                "Exchange above and below, or correct the numbers.",
-            )
 
 
 # What others call the two sides of a limit; none of it is like their names here.
@@ -287,12 +220,7 @@ def _meant(key: str, known: tuple[str, ...]) -> str:
     for side, others in _SIDES.items():
         if side in known and word.startswith(others):
             return f"Did you mean {side}? It names the side that is past the limit."
-    return _nearest(key, known)
-
-
-def _nearest(word: str, known: Iterable[str]) -> str:
-    matches = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
-    return f"Did you mean {matches[0]}?" if matches else ""
+    return nearest(key, known)
 
 
 _ADVICE = {"alpha_deg": "Correct alpha_deg: the tooth angle in degrees, such as 30.0."}

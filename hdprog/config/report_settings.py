@@ -16,10 +16,21 @@ class ReportSettings:
     """Units of angles and torques in reports; a stiffness is torque over rad.
 
     Files keep their own units: Nm and arcmin in summary.json, Nm and rad in posterior.nc.
+
+    Raises
+    ------
+    BadInputError
+        for a unit that no report is written in
     """
 
     angle_unit: str = "arcmin"
     torque_unit: str = "Nm"
+
+    def __post_init__(self) -> None:
+        known = {"angle_unit": ANGLE_UNITS, "torque_unit": TORQUE_UNITS}
+        for key, units in known.items():
+            named = _named(key, getattr(self, key), units, "ReportSettings")
+            object.__setattr__(self, key, named)
 
 
 def report_settings(angle_unit: str, torque_unit: str, where: str) -> ReportSettings:

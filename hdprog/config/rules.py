@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
-from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
 
 from hdprog.errors import BadInputError
 
@@ -23,6 +23,39 @@ Risk = Annotated[float, Field(gt=0, lt=1)]
 Text = Annotated[str, Field(min_length=1, pattern=r"\S")]
 ToothAngleDegrees = Annotated[float, Field(ge=_LEAST_ALPHA, le=_MOST_ALPHA)]
 ToothAngle = Annotated[float, Field(ge=math.radians(_LEAST_ALPHA), le=math.radians(_MOST_ALPHA))]
+
+
+def _as_values(found: object) -> object:
+    """Accept one value, a list, or ``"100,101"`` for the values of a selection."""
+    if isinstance(found, str):
+        return tuple(part.strip() for part in found.split(","))
+    if isinstance(found, list | tuple):
+        return tuple(_as_value(part) for part in found)
+    value = _as_value(found)
+    return (value,) if isinstance(value, str) else found
+
+
+def _as_value(found: object) -> object:
+    """Write a number as its text; what is neither stays, to be refused."""
+    whole = isinstance(found, int) and not isinstance(found, bool)
+    return str(found) if whole or (isinstance(found, float) and math.isfinite(found)) else found
+
+
+Values = Annotated[tuple[Text, ...], Field(min_length=1), BeforeValidator(_as_values)]
+"""Values of a column whose rows are to be kept."""
+
+
+class ColumnsTable(BaseModel):
+    """Columns of a drive's logs by role, ``HEADER:unit``; empty leaves an optional one out."""
+
+    model_config = STRICT
+
+    torque: Text | None = None
+    angle: Text | None = None
+    time: str | None = None
+    temperature: str | None = None
+    output_angle: str | None = None
+
 
 # What Pydantic's types of error mean to somebody who wrote the value by hand.
 _EXPECTED = {
@@ -76,14 +109,39 @@ def check_fields(settings: Any) -> None:
         try:
             value = rule.validate_python(given if plain else float(given))
         except ValidationError as error:
-            detail = error.errors()[0]
-            raise BadInputError(
-                f"{name}={given!r}",
-                type(settings).__name__,
-                expected_words(detail["type"], detail.get("ctx", {})) or detail["msg"],
-                _ADVICE.get(name, f"Correct {name}."),
-            ) from error
+            raise _refused(settings, name, error) from error
         object.__setattr__(settings, name, value)
+
+
+def check_table(settings: Any, name: str, table: type[BaseModel]) -> None:
+    """Hold a mapping of a frozen dataclass against the table of a file that it stands for.
+
+    Raises
+    ------
+    BadInputError
+        naming class and field
+    """
+    given = getattr(settings, name)
+    try:
+        found = table.model_validate(dict(given) if isinstance(given, Mapping) else given)
+    except ValidationError as error:
+        raise _refused(settings, name, error, table) from error
+    object.__setattr__(settings, name, found.model_dump(exclude_none=True))
+
+
+def _refused(
+    settings: Any, name: str, error: ValidationError, table: type[BaseModel] | None = None
+) -> BadInputError:
+    detail = error.errors()[0]
+    expected = expected_words(detail["type"], detail.get("ctx", {}))
+    if table is not None and detail["type"] == "extra_forbidden":
+        expected = "only " + ", ".join(table.model_fields)
+    return BadInputError(
+        f"{name}={getattr(settings, name)!r}",
+        type(settings).__name__,
+        expected or detail["msg"],
+        _ADVICE.get(name, f"Correct {name}."),
+    )
 
 
 @cache

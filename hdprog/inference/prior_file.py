@@ -7,7 +7,7 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 
 from hdprog.config import Drive
-from hdprog.config.drive import CATALOGUE_STIFFNESSES
+from hdprog.config.limits import CATALOGUE_STIFFNESSES
 from hdprog.errors import BadInputError
 from hdprog.inference.catalogue import find_gear, model_key
 from hdprog.inference.prior_schema import PriorFile, parse_prior

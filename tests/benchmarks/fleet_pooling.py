@@ -37,7 +37,11 @@ def scored(drive: WearingDrive, prior, rng: np.random.Generator) -> list[tuple[f
     tests = drive.tests[:2]
     now = tests[-1].service_hours
     trend = fit_trend(tests, PRIOR, prior, rng, quick=True)
-    declared = Drive(limits=tuple(drive.crossings), forecast=ForecastSettings(drive.horizon))
+    declared = Drive(
+        rated_torque=OPERATION.rated_torque,
+        limits=tuple(drive.crossings),
+        forecast=ForecastSettings(drive.horizon),
+    )
     rows = []
     for found in forecast(trend, declared, OPERATION, rng):
         if found.limit is None or drive.crossings[found.limit] <= now:

@@ -136,7 +136,11 @@ def main() -> None:
         now = drive.tests[-1].service_hours
         trend = fit_trend(drive.tests, PRIOR, wear_prior, rng, quick=not options.full)
         converged += trend.converged
-        declared = Drive(limits=tuple(drive.crossings), forecast=ForecastSettings(drive.horizon))
+        declared = Drive(
+            rated_torque=OPERATION.rated_torque,
+            limits=tuple(drive.crossings),
+            forecast=ForecastSettings(drive.horizon),
+        )
         for found in forecast(trend, declared, OPERATION, rng):
             if found.limit is None or drive.crossings[found.limit] <= now:
                 continue

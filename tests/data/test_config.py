@@ -3,6 +3,7 @@ from __future__ import annotations
 import copy
 import math
 import pickle
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,10 +16,13 @@ from hdprog.config import (
     ForecastSettings,
     Limit,
     NoiseResolution,
+    ReportSettings,
     drive_from_mapping,
     read_drive,
 )
 from hdprog.errors import BadInputError
+
+LOST = Limit("lost_motion_arcmin", 2.0, "above")
 
 FULL = """
 [drive]
@@ -195,6 +199,20 @@ def test_files_that_are_no_drive(tmp_path: Path, text: bytes | None, words: str)
         (lambda: ForecastSettings(horizon_hours=math.inf), "horizon_hours=inf.*finite"),
         (lambda: NoiseResolution(torque_Nm=0.0), "torque_Nm=0.0.*greater than 0"),
         (lambda: Limit("preload_Nm", -1.0, "below"), "threshold=-1.0.*greater than 0"),
+        (
+            lambda: Limit("preload", 1.0, "below"),
+            "Limit: found quantity = .*Did you mean preload_Nm",
+        ),
+        (lambda: Limit("secant_stiffness_Nm_per_rad", 1.0, "below"), "without at_torque_Nm"),
+        (lambda: Limit("preload_Nm", 1.0, "below", 14.0), "Remove at_torque_Nm"),
+        (lambda: Limit("preload_Nm", 1.0, "under"), "direction='under'"),  # type: ignore[arg-type]
+        (lambda: Drive(limits=(LOST,)), "Drive, limits.*lost_motion_arcmin in a drive without"),
+        (lambda: Drive(rated_torque=1.0, limits=(LOST, LOST)), "two limits on lost_motion_arcmin"),
+        (lambda: Drive(columns={"torqe": "M:Nm"}), "columns=.*torqe.*only torque, angle, time"),
+        (lambda: Drive(columns={"torque": ""}), "columns=.*text that is not empty"),
+        (lambda: Drive(select={"run": ()}), "select=.*at least one value"),
+        (lambda: Drive(select={"run": (True,)}), "select=.*quotation"),  # type: ignore[dict-item]
+        (lambda: ReportSettings(angle_unit="furlong"), 'angle_unit = "furlong".*arcmin'),
     ],
 )
 def test_settings_made_in_python_keep_the_rules_of_the_file(
@@ -203,6 +221,28 @@ def test_settings_made_in_python_keep_the_rules_of_the_file(
     """45 degrees passed for radians, and a rated torque below zero was fitted with."""
     with pytest.raises(BadInputError, match=words):
         made()
+
+
+def test_columns_rows_and_units_made_in_python_are_those_of_the_file() -> None:
+    text = """
+        [drive]
+        id = "x"
+        [columns]
+        torque = "M:Nm"
+        time = ""
+        [select]
+        run = [100, 101.5]
+        [report]
+        torque_unit = "lbf in"
+        """
+    drive = Drive(
+        id="x",
+        columns={"torque": "M:Nm", "time": ""},
+        select={"run": (100, 101.5)},  # type: ignore[dict-item]
+        report=ReportSettings(torque_unit="lbf in"),
+    )
+    assert drive == drive_from_mapping(tomllib.loads(text))
+    assert drive.select == {"run": ("100", "101.5")}
 
 
 def test_settings_take_whole_numbers_and_those_of_numpy() -> None:

@@ -169,7 +169,7 @@ def origin() -> OriginScores:
     rng = np.random.default_rng(5)
     hours = np.array([0, 500, 1000, 1500, 2000, 2500, 3000], dtype=float)
     tests = wearing_drive(rng, (hours / 4000.0) ** 0.9, hours)
-    drive = Drive(limits=(SECANT, LOST), forecast=ForecastSettings(10_000.0))
+    drive = Drive(rated_torque=63.0, limits=(SECANT, LOST), forecast=ForecastSettings(10_000.0))
     seen = [
         seen_test(f"t{n}", test, drive.limits, PRIOR, OPERATION) for n, test in enumerate(tests, 1)
     ]
@@ -258,7 +258,8 @@ def score_from(monkeypatch: pytest.MonkeyPatch, seen: list[SeenTest], known: int
     far = lambda *_: Margins(np.ones((10, 1)), np.zeros((10, 1)))  # noqa: E731
     monkeypatch.setattr(backtest, "margins", far)
     monkeypatch.setattr(backtest, "first_crossing", lambda *_, **__: EVEN)
-    drive, seed = Drive(limits=(LOST,), forecast=ForecastSettings(900.0)), np.random.SeedSequence(1)
+    drive = Drive(rated_torque=63.0, limits=(LOST,), forecast=ForecastSettings(900.0))
+    seed = np.random.SeedSequence(1)
     wear = read_wear_prior()
     found = score_origin([ANY] * known, seen, drive, PRIOR, wear, OPERATION, truth, seed)
     return found, earlier[0]
@@ -295,7 +296,8 @@ def test_forecasts_near_a_limit_are_scored_as_those_of_drives_that_are_not_past_
 
     Transforms are uniform: 4.5 standard errors of their mean, a false alarm in 10 000 seeds.
     """
-    rng, drive = np.random.default_rng(1), Drive(limits=(LOST,), forecast=ForecastSettings(4000.0))
+    drive = Drive(rated_torque=63.0, limits=(LOST,), forecast=ForecastSettings(4000.0))
+    rng = np.random.default_rng(1)
     stand_in_trend(monkeypatch, 0.0)
     wear, hours, transforms = read_wear_prior(), backtest.forecast_hours(0.0, 4000.0), []
     for number, room in enumerate(rng.uniform(0.0, 2.0, 2000)):

@@ -32,7 +32,7 @@ def trend() -> Trend:
 
 
 def run(trend: Trend, *limits: Limit, **settings: float) -> tuple:
-    drive = Drive(limits=limits, forecast=ForecastSettings(**settings))
+    drive = Drive(rated_torque=63.0, limits=limits, forecast=ForecastSettings(**settings))
     return forecast(trend, drive, OPERATION, np.random.default_rng(2))
 
 

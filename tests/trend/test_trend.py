@@ -87,7 +87,7 @@ def test_a_gear_that_is_worn_out_does_not_heal(trend: Trend) -> None:
 
 
 def test_the_summary_is_complete(trend: Trend) -> None:
-    drive = Drive(limits=LIMITS, forecast=ForecastSettings(9000.0))
+    drive = Drive(rated_torque=63.0, limits=LIMITS, forecast=ForecastSettings(9000.0))
     summary = trend.summary(drive, OPERATION, np.random.default_rng(5))
     assert {limit.key for limit in LIMITS} <= set(summary.figures)
     followed = summary.figures[SECANT.key]
@@ -104,7 +104,7 @@ def test_few_tests_give_a_wide_forecast_and_say_so(
 ) -> None:
     few = hasty_trend(tests[:count], 6)
     assert any("test" in warning for warning in few.warnings)
-    drive = Drive(limits=LIMITS, forecast=ForecastSettings(60_000.0))
+    drive = Drive(rated_torque=63.0, limits=LIMITS, forecast=ForecastSettings(60_000.0))
     narrow = forecast(trend, drive, OPERATION, np.random.default_rng(7))[0]
     wide = forecast(few, drive, OPERATION, np.random.default_rng(7))[0]
     assert wide.remaining_hours[0.5] is not None
