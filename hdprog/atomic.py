@@ -9,7 +9,7 @@ import secrets
 import shutil
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from hdprog.errors import NO_ROOM
@@ -66,14 +66,19 @@ def atomic_write_bytes(path: Path, content: bytes) -> None:
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     aside = _aside(path.parent, path.name)
+    _sweep(aside)
+    held = None
     try:
         with aside.open("xb") as stream:
+            held = _hold(aside)
             stream.write(content)
             stream.flush()
             os.fsync(stream.fileno())
         aside.replace(path)
     finally:
         aside.unlink(missing_ok=True)
+        if held is not None:
+            os.close(held)
 
 
 def atomic_write_text(path: Path, content: str) -> None:
@@ -82,7 +87,7 @@ def atomic_write_text(path: Path, content: str) -> None:
 
 
 def _hold(aside: Path) -> int | None:
-    """Lock a folder that is written aside, by an open file; None where another one does.
+    """Lock a file or folder that is written aside, by an open file; None where another one does.
 
     The lock goes with the process, however that ends.
     """
@@ -109,10 +114,18 @@ def _sweep(aside: Path) -> None:
             if is_aside(left.name) and time.time() - left.stat().st_mtime > _YOUNG:
                 held = _hold(left)
                 if held is not None:
-                    shutil.rmtree(left, ignore_errors=True)
+                    _remove(left)
                     os.close(held)
         except OSError:  # it went meanwhile
             continue
+
+
+def _remove(left: Path) -> None:
+    if left.is_dir():
+        shutil.rmtree(left, ignore_errors=True)
+    else:
+        with suppress(OSError):
+            left.unlink()
 
 
 @contextmanager

@@ -147,3 +147,33 @@ def test_what_a_killed_writer_left_goes_with_the_next_one(tmp_path: Path, there:
             (second / "a").write_text("2")
     assert (out / "a").read_text() == "2"
     assert other.is_dir()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="this system has no such locks")
+def test_what_a_killed_writer_left_of_a_file_goes_with_the_next_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "a.json"
+    left, other, young = (
+        tmp_path / f".{name}.part"
+        for name in ("a.json.0123abcd", "b.json.0123abcd", "a.json.4567abcd")
+    )
+    for path in (left, other, young):
+        path.write_text("{")
+    for path in (left, other):
+        os.utime(path, (0.0, 0.0))
+    synced = os.fsync
+
+    def second_writer(handle: int) -> None:
+        """Write the same file while a first writer lives, however long it has been at it."""
+        monkeypatch.setattr("os.fsync", synced)
+        (first,) = (path for path in tmp_path.glob(".a.json.*") if path != young)
+        os.utime(first, (0.0, 0.0))
+        atomic_write_text(out, "second")
+        assert first.exists()
+        synced(handle)
+
+    monkeypatch.setattr("os.fsync", second_writer)
+    atomic_write_text(out, "first")
+    assert out.read_text() == "first"
+    assert sorted(tmp_path.iterdir()) == sorted((out, other, young))
