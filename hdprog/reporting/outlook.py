@@ -38,18 +38,14 @@ def not_passed(forecasts: Sequence[Forecast]) -> tuple[Forecast, ...]:
     Several limits can be more likely passed than not while none of them is by itself: what is left
     of the single ones would then tell of later hours than those that count.
     """
-    if not any(forecast.already_crossed for forecast in limited(forecasts)):
+    if not passed(forecasts):
         return tuple(forecasts)
     return tuple(forecast for forecast in forecasts if not forecast.already_crossed)
 
 
-def passed(forecasts: Sequence[Forecast]) -> tuple[Limit, ...]:
-    """Limits that are more likely passed than not, each by itself."""
-    return tuple(
-        forecast.limit
-        for forecast in forecasts
-        if forecast.limit is not None and forecast.already_crossed
-    )
+def passed(forecasts: Sequence[Forecast]) -> tuple[Forecast, ...]:
+    """Forecasts of single limits that are more likely passed than not."""
+    return tuple(forecast for forecast in limited(forecasts) if forecast.already_crossed)
 
 
 def overall(forecasts: Sequence[Forecast]) -> Forecast | None:

@@ -164,12 +164,11 @@ def _present(result: DriveResult) -> tuple[Status, list[str]]:
 
 def _outlook(result: DriveResult, main: Forecast) -> tuple[Status, list[str]]:
     """Status and sentences for a drive with forecasts."""
-    passed = [f for f in outlook.limited(result.forecasts) if f.already_crossed]
+    passed = outlook.passed(result.forecasts)
     if passed:
         sentences = [_passed(result, forecast) for forecast in passed]
         sentences.append("Inspect now.")
-        coming = [f for f in outlook.limited(result.forecasts) if not f.already_crossed]
-        soonest = outlook.leading(coming)
+        soonest = outlook.leading(outlook.not_passed(result.forecasts))
         if soonest is not None:
             sentences.append(_coming(soonest, _subject(soonest)))
         return "act", sentences + _rests_on(result)

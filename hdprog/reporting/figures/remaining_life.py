@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from hdprog.config import Limit
 from hdprog.reporting import outlook
 from hdprog.reporting.axes import PERCENT, Event, hour_axis, mark_events
 from hdprog.reporting.crossing_density import crossing_density
@@ -46,7 +45,7 @@ def remaining_life(
     shutdown_hours: float | None,
     *,
     doubtful: bool,
-    passed: Sequence[Limit] = (),
+    passed: Sequence[Forecast] = (),
 ) -> Picture:
     """Density of the first crossing, and below it its probability up to each hour.
 
@@ -55,7 +54,7 @@ def remaining_life(
     forecasts : of one drive, at least one
     shutdown_hours : service hours of the next shutdown, or None
     doubtful : a fit or the trend behind them did not converge
-    passed : limits that are passed already, which are told and not drawn
+    passed : forecasts of limits that are passed already, which are told and not drawn
     """
     main = outlook.overall(forecasts)
     if main is None:
@@ -292,7 +291,7 @@ def _events(main: Forecast, shutdown_hours: float | None, *, due: bool) -> list[
     return events
 
 
-def _alt(main: Forecast, shutdown_hours: float | None, passed: Sequence[Limit]) -> str:
+def _alt(main: Forecast, shutdown_hours: float | None, passed: Sequence[Forecast]) -> str:
     what = "the first limit" if main.limit is None else outlook.limit_words(main.limit)
     parts = []
     if shutdown_hours is not None and main.probability_crossed_by_shutdown is not None:
@@ -315,6 +314,6 @@ def _alt(main: Forecast, shutdown_hours: float | None, passed: Sequence[Limit]) 
     told = f"{capital(what)}: {'; '.join(parts)}."
     if not passed:
         return told
-    those = listed(outlook.limit_words(limit) for limit in passed)
+    those = listed(outlook.limit_words(one.limit) for one in passed if one.limit is not None)
     are = "is" if len(passed) == 1 else "are"
     return f"{told} {capital(those)} {are} passed already, and not in this picture."
