@@ -9,13 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from hdprog.config import Drive
+from hdprog.config import Drive, require_drive
 from hdprog.data.doubts import scale_doubts
 from hdprog.data.loop import Loop
 from hdprog.data.quality import assess, secant_stiffness
-from hdprog.errors import UsageError
-
-LARGEST_SEED = 2**63 - 1  # the largest that a posterior.nc can hold
+from hdprog.errors import UsageError, shown_argument
+from hdprog.seeds import LARGEST_SEED
 
 
 def checked_record(loop: object, drive: object) -> tuple[Loop, Drive]:
@@ -38,15 +37,10 @@ def checked_record(loop: object, drive: object) -> tuple[Loop, Drive]:
     """
     if not isinstance(loop, Loop):
         raise UsageError(
-            f"loop: found {_shown(loop)}, expected a record that was read. Give what "
+            f"loop: found {shown_argument(loop)}, expected a record that was read. Give what "
             "hdprog.read_loop makes of the file, or hdprog.Loop of arrays."
         )
-    if not isinstance(drive, Drive | None):
-        raise UsageError(
-            f"drive: found {_shown(drive)}, expected a drive that was read. Give what "
-            "hdprog.read_drive makes of the file."
-        )
-    drive = Drive.default() if drive is None else drive
+    drive = require_drive(drive) or Drive.default()
     if loop.sha256:
         found = tuple(scale_doubts(loop, secant_stiffness(loop), drive))
     else:
@@ -65,7 +59,7 @@ def as_path(given: object, name: str, expected: str) -> Path:
     if isinstance(given, str | os.PathLike):
         return Path(given)
     raise UsageError(
-        f"{name}: found {_shown(given)}, expected {expected}. Give a path as text or as a "
+        f"{name}: found {shown_argument(given)}, expected {expected}. Give a path as text or as a "
         "pathlib.Path."
     )
 
@@ -87,7 +81,7 @@ def randomness(
         return np.random.default_rng(seed), seed
     if not isinstance(rng, np.random.Generator):
         raise UsageError(
-            f"rng: found {_shown(rng)}, expected a numpy.random.Generator. Give "
+            f"rng: found {shown_argument(rng)}, expected a numpy.random.Generator. Give "
             "numpy.random.default_rng(0), or seed=0 instead."
         )
     return rng, None
@@ -107,8 +101,8 @@ def checked_seed(seed: int | None) -> int:
         whole = -1
     if not 0 <= whole <= LARGEST_SEED:
         raise UsageError(
-            f"seed: found {_shown(seed)}, expected a whole number from 0 to {LARGEST_SEED}. Give "
-            "seed=0, say."
+            f"seed: found {shown_argument(seed)}, expected a whole number from 0 to "
+            f"{LARGEST_SEED}. Give seed=0, say."
         )
     return whole
 
@@ -123,15 +117,6 @@ def require_ids(effects: Sequence[str]) -> None:
     """
     if isinstance(effects, str) or not hasattr(effects, "__iter__"):
         raise UsageError(
-            f"effects: found {_shown(effects)}, expected ids in a tuple or a list. Write "
+            f"effects: found {shown_argument(effects)}, expected ids in a tuple or a list. Write "
             'effects=("creep",), or leave it out for none.'
         )
-
-
-def _shown(given: object) -> str:
-    """What was given, in short."""
-    if isinstance(given, str | os.PathLike):
-        return repr(str(given))
-    if given is None or isinstance(given, int | float):
-        return repr(given)
-    return f"an object of type {type(given).__name__}"

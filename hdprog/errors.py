@@ -7,8 +7,9 @@ and ends with exit code 1.
 from __future__ import annotations
 
 import errno
+import os
 
-__all__ = ["NO_ROOM", "BadInputError", "HdprogError", "UsageError"]
+__all__ = ["NO_ROOM", "BadInputError", "HdprogError", "UsageError", "shown_argument"]
 
 NO_ROOM = frozenset({errno.EDQUOT, errno.EFBIG, errno.ENOSPC})
 """Numbers of what the system raises where a disk or a quota is full: no mistake of the program."""
@@ -59,3 +60,12 @@ class BadInputError(HdprogError):
         advice = self.advice[:1].upper() + self.advice[1:]
         end = "" if advice.endswith((".", "?", "!")) else "."
         return f"{self.where}: found {self.found}; expected {self.expected}. {advice}{end}"
+
+
+def shown_argument(given: object) -> str:
+    """What was given to a function, in short, to be quoted by a message."""
+    if isinstance(given, str | os.PathLike):
+        return repr(str(given))
+    if given is None or isinstance(given, int | float):
+        return repr(given)
+    return f"an object of type {type(given).__name__}"

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from hdprog.seeds import LARGEST_SEED
+
 LoopFile = Annotated[
     Path,
     typer.Argument(metavar="LOOP", help="A loop file (CSV, TSV, gzip, xlsx)."),
@@ -23,7 +25,6 @@ DriveFolder = Annotated[
     Path,
     typer.Argument(metavar="DRIVE_DIR", help="A folder with drive.toml, tests.csv and loops/."),
 ]
-LARGEST_SEED = 2**63 - 1  # as `hdprog.arguments` has it, which imports the numerics
 Seed = Annotated[
     int,
     typer.Option(

@@ -1,6 +1,6 @@
 """The drive's file (drive.toml): what is known and declared about one drive, and its limits."""
 
-from hdprog.config.drive import Drive, ForecastSettings, NoiseResolution
+from hdprog.config.drive import Drive, ForecastSettings, NoiseResolution, require_drive
 from hdprog.config.drive_file import drive_from_mapping, read_drive
 from hdprog.config.limits import QUANTITIES, Limit
 from hdprog.config.report_settings import ReportSettings
@@ -14,4 +14,5 @@ __all__ = [
     "ReportSettings",
     "drive_from_mapping",
     "read_drive",
+    "require_drive",
 ]

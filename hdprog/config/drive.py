@@ -21,6 +21,7 @@ from hdprog.config.rules import (
     check_fields,
     check_table,
 )
+from hdprog.errors import UsageError, shown_argument
 
 DEFAULT_ALPHA = math.radians(30.0)
 
@@ -91,3 +92,19 @@ class Drive:
     def default(cls) -> Drive:
         """Return a drive of which nothing is declared."""
         return cls()
+
+
+def require_drive(given: object) -> Drive | None:
+    """A drive that was read, or None for none.
+
+    Raises
+    ------
+    UsageError
+        for the path of a drive's file, or anything else
+    """
+    if given is None or isinstance(given, Drive):
+        return given
+    raise UsageError(
+        f"drive: found {shown_argument(given)}, expected a drive that was read. Give what "
+        "hdprog.read_drive makes of the file."
+    )

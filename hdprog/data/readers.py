@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hdprog.config import Drive, require_drive
 from hdprog.data.column_options import (
     given_columns,
     given_selection,
@@ -24,9 +24,6 @@ from hdprog.data.text_stream import file_digest, looks_like_excel, require_file
 from hdprog.data.text_table import read_text_table
 from hdprog.errors import BadInputError, UsageError
 from hdprog.units import ISO_8601
-
-if TYPE_CHECKING:
-    from hdprog.config import Drive
 
 __all__ = ["parse_columns", "parse_select", "read_loop"]
 
@@ -63,9 +60,10 @@ def read_loop(
     BadInputError
         The file is not a usable record; the message names file, row and column.
     UsageError
-        `columns` or `select` makes no sense, `path` is no path, or `drive` is a path.
+        `columns` or `select` makes no sense, `path` is no path, or `drive` no drive.
     """
-    _require_path(path, drive)
+    _require_path(path)
+    drive = require_drive(drive)
     path, columns, select = Path(path), given_columns(columns), given_selection(select)
     if drive is not None:
         columns = {**drive.columns, **(columns or {})}
@@ -90,17 +88,11 @@ def read_loop(
     return loop.with_warnings(assess(loop, drive).warnings)
 
 
-def _require_path(path: object, drive: object) -> None:
-    """Refuse what is no path, and the path of a drive where a drive belongs."""
+def _require_path(path: object) -> None:
     if not isinstance(path, str | os.PathLike):
         raise UsageError(
             f"path: found an object of type {type(path).__name__}, expected the path of a loop "
             "file. Make a record of arrays with hdprog.Loop(torque=..., angle=...)."
-        )
-    if isinstance(drive, str | os.PathLike):
-        raise UsageError(
-            f"drive: found {str(drive)!r}, expected a drive that was read. Give what "
-            "hdprog.read_drive makes of the file."
         )
 
 

@@ -193,6 +193,7 @@ def test_columns_and_selection(tmp_path: Path, select: Any) -> None:
         ({"columns": {"torque": 3}}, "columns: found 'torque': 3"),
         ({"select": ["run", "100"]}, "select: found an object of type list"),
         ({"drive": "drive.toml"}, r"drive: found 'drive.toml'.*hdprog\.read_drive"),
+        ({"drive": {"id": "x"}}, r"drive: found an object of type dict.*hdprog\.read_drive"),
         ({"path": np.zeros((30, 2))}, r"path: found an object of type ndarray.*hdprog\.Loop"),
     ],
 )

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import hdprog
-from hdprog.arguments import LARGEST_SEED, checked_record, checked_seed
-from hdprog.cli import options
+from hdprog.arguments import checked_record, checked_seed
 from hdprog.data.drive_folder import DriveFolder
 from hdprog.errors import BadInputError, UsageError
+from hdprog.seeds import LARGEST_SEED
 from hdprog.shipped import shipped
 from hdprog.tests_of_drive import with_rated_torque
 
@@ -68,7 +68,6 @@ def test_what_is_no_seed_is_refused(loop: hdprog.Loop, seed: Any) -> None:
 
 def test_a_seed_out_of_an_array_can_be_written() -> None:
     assert json.dumps(checked_seed(np.arange(5)[3])) == "3"
-    assert options.LARGEST_SEED == LARGEST_SEED
 
 
 def test_ids_and_loads_come_in_sequences(loop: hdprog.Loop) -> None:
