@@ -11,11 +11,12 @@ import pytest
 
 from hdprog.config import Limit
 from hdprog.forecast.backtest import FigureScore, OriginScores, score_crossing
-from hdprog.forecast.backtest_pool import BacktestResult, CrossingCourse, DriveScores
+from hdprog.forecast.backtest_pool import BacktestResult, Coverage, CrossingCourse, DriveScores
 from hdprog.forecast.crossing import Crossing
 from hdprog.reporting.backtest import build_backtest_report
 from hdprog.reporting.backtest_json import backtest_json
 from hdprog.reporting.backtest_words import late_words, verdict
+from hdprog.reporting.figures.backtest_coverage import CoverageRow, coverage
 from hdprog.reporting.figures.backtest_intervals import _passed
 from hdprog.reporting.sections.backtest import accuracies, method
 from hdprog.results import Provenance
@@ -136,6 +137,17 @@ def test_the_report_draws_hits_and_misses() -> None:
     assert "d1: Lost motion" in Page(build_backtest_report(alone)).text
     # A crossing that the horizon cut off counts against the interval that ended before it.
     assert "1 held what came (for 1 that the limit was not passed)" in page.text
+
+
+def test_an_interval_that_is_out_of_line_is_named() -> None:
+    """The 90 % interval holds what it should, the 50 % interval does not."""
+    name = "next test's figures"
+    rows = [
+        CoverageRow(name, Coverage(0.5, 22, 27, 0.5), judged=True),
+        CoverageRow(name, Coverage(0.9, 26, 27, 0.9), judged=True),
+    ]
+    told = spaced(coverage(rows).alt)
+    assert told.endswith("; out of line: the 50 % intervals of next test's figures.")
 
 
 def test_the_json_is_strict_and_whole() -> None:

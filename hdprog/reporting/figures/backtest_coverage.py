@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hdprog.forecast.backtest_pool import Coverage
+from hdprog.forecast.backtest_pool import FEW, Coverage
 from hdprog.reporting.axes import PERCENT
 from hdprog.reporting.backtest_words import agrees, range_words, share_words
 from hdprog.reporting.style import FIT, INK, LIMIT, Picture, new_figure, picture
@@ -73,7 +73,9 @@ def coverage(rows: Sequence[CoverageRow]) -> Picture:
             " should. For crossings that is what the forecasts themselves gave their intervals: a"
             " little more than the name says where an interval runs past what was seen. The bars"
             " take forecasts for independent. Only those of the very next test nearly are; several"
-            " forecasts of one crossing, or of one test, say less than their bars."
+            " forecasts of one crossing, or of one test, say less than their bars. Orange is what"
+            " is out of line; those of the next test are judged so, and crossings, where there are"
+            f" {FEW} or more."
         ),
         good="every stroke lies on its bar, and the bars are short.",
         bad="a bar left of its stroke: intervals too narrow; right of it: too wide.",
@@ -88,6 +90,10 @@ def _label(row: CoverageRow) -> str:
 def _alt(rows: Sequence[CoverageRow]) -> str:
     wide = [row for row in rows if row.coverage.nominal == 0.9]
     parts = [f"{row.name} {range_words(row.coverage)}" for row in wide]
-    wrong = [row.name for row in rows if row.colour == LIMIT]
-    judged = f"; out of line: {listed(dict.fromkeys(wrong))}" if wrong else ""
+    wrong = [
+        f"the {share_words(row.coverage.nominal)} intervals of {row.name}"
+        for row in rows
+        if row.colour == LIMIT
+    ]
+    judged = f"; out of line: {listed(wrong)}" if wrong else ""
     return f"The 90 % intervals held: {', '.join(parts)}{judged}."
