@@ -7,11 +7,15 @@ from typing import cast
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from hdprog.comparison.results import ComparedModel, Comparison, StiffnessBand
 from hdprog.physics.figures import ARCMIN_PER_RAD
+from hdprog.physics.other_models import MODELS
 from hdprog.reporting.comparison_words import at_end, verdict, width
+from hdprog.reporting.figures import model_stiffness as stiffness_picture
 from hdprog.reporting.figures.model_stiffness import _alt
+from hdprog.reporting.style import house_style
 
 
 def band(*torque: float) -> StiffnessBand:
@@ -51,6 +55,27 @@ def test_a_stiffness_is_said_of_the_model_that_yields() -> None:
     found = rigid_first()
     assert "By the drive model the local stiffness at 50" in verdict(found).text
     assert _alt(found, found.models[1:]).startswith("On the drive model the local stiffness runs")
+
+
+def test_the_names_of_all_models_are_in_the_picture_of_stiffness(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The legend's longest names, with the mark of what did not converge, ran out of it."""
+    drawn: list[Figure] = []
+    monkeypatch.setattr(stiffness_picture, "picture", lambda figure, **_: drawn.append(figure))
+    words = {"drive": "drive model (hdprog)", **{model.id: model.words for model in MODELS}}
+    models = [
+        SimpleNamespace(id=one, words=name, stiffness=band(5.0, 50.0), converged=False)
+        for one, name in words.items()
+    ]
+    with house_style():
+        stiffness_picture.model_stiffness(
+            cast("Comparison", SimpleNamespace(models=models, amplitude=50.0))
+        )
+        (figure,) = drawn
+        legend = figure.axes[0].get_legend()
+        assert legend is not None
+        assert legend.get_window_extent().x1 <= figure.bbox.x1
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,7 @@ _SPARE = ("#1c2430", ":")
 def model_stiffness(result: Comparison) -> Picture:
     """Curves of all models that yield, with the drive model's 90 % band."""
     figure = new_figure(7.6, 3.9)
-    axes = figure.add_axes((0.095, 0.13, 0.6, 0.83))
+    axes = figure.add_axes((0.095, 0.13, 0.56, 0.83))
     shown = [one for one in result.models if one.stiffness is not None]
     for one in reversed(shown):
         band = one.stiffness
