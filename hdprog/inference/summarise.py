@@ -14,7 +14,7 @@ from hdprog.inference.shown_draws import shown_draws
 from hdprog.inference.tooth_angle import assumed, with_other_tooth_angle
 from hdprog.physics.figures import FigureRequest, Operation, standard_requests
 from hdprog.physics.parameters import NAMES, FloatArray
-from hdprog.results import LEVELS, LoopFit, ParameterSummary, TestResult
+from hdprog.results import LEVELS, EffectSummary, LoopFit, ParameterSummary, TestResult
 
 
 def figure_requests(drive: Drive, operation: Operation) -> tuple[FigureRequest, ...]:
@@ -68,6 +68,21 @@ def loop_fit(posterior: Posterior) -> LoopFit:
     )
 
 
+def effect_summaries(posterior: Posterior) -> tuple[EffectSummary, ...]:
+    """Parameters of each effect fitted beside the drive model, in their physical units."""
+    likelihood, values = posterior.likelihood, posterior.effect_values
+    scales = likelihood.reduced.course.scales
+    described = {effect.id: effect.parameters(scales) for effect in likelihood.effects}
+    return tuple(
+        EffectSummary(
+            effect,
+            {one.name: by_level(values[effect][one.name][:, 0]) for one in parameters},
+            {one.name: one.unit for one in parameters},
+        )
+        for effect, parameters in described.items()
+    )
+
+
 def summarise(
     posterior: Posterior,
     requests: Sequence[FigureRequest],
@@ -109,6 +124,7 @@ def summarise(
             key: by_level(values) for key, values in posterior.figures_with_effects().items()
         },
         effects=posterior.effects,
+        effect_summaries=effect_summaries(posterior),
         fit=fit,
         rmse_rad=float(np.sqrt(np.mean(posterior.record_residual[posterior.kept] ** 2))),
         noise_floor_rad=posterior.noise_floor,

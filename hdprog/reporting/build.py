@@ -22,6 +22,7 @@ from hdprog.reporting.rounding import plain
 from hdprog.reporting.sections import (
     changes,
     effects,
+    effects_tables,
     facts,
     method,
     paper_method,
@@ -32,6 +33,7 @@ from hdprog.reporting.sections import (
     warnings,
 )
 from hdprog.reporting.sections import remaining_life as life
+from hdprog.reporting.sections.table import Table
 from hdprog.reporting.style import Picture, house_style
 from hdprog.reporting.temperature_words import temperature_words
 from hdprog.reporting.verdict import verdict
@@ -108,6 +110,7 @@ def _page(
             figures=tests.figures(result, catalogue),
             changed=changes.changes(result),
             parameters=tests.parameters(result),
+            asked_for=_asked_for(result),
             rests_on=rests_on.rests_on(result),
             paper=paper_method.paper_method(result.tests[-1]),
             diagnostics=tests.diagnostics(result),
@@ -140,6 +143,15 @@ def _of_draws(
     """Picture of the last test's draws; None where a result was kept without them."""
     test = result.tests[-1]
     return None if test.draws is None else drawn(test, test.draws)
+
+
+def _asked_for(result: DriveResult) -> Table | None:
+    """Parameters of effects that were asked for; those that were found have their own section."""
+    test = result.tests[-1]
+    if result.explanation is not None:
+        return None
+    added, doubt = test.effect_summaries, not test.converged
+    return effects_tables.parameter_table(added, " to the drive model", doubtful=doubt)
 
 
 def _panel(test: TestResult, scales: PanelScales, settings: ReportSettings) -> Panel:

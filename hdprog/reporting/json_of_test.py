@@ -13,6 +13,7 @@ from hdprog.reporting.weak_words import weak_words
 from hdprog.reporting.words import keyboard_signs
 from hdprog.results import (
     Combination,
+    EffectSummary,
     Identification,
     OtherToothAngle,
     ParameterSummary,
@@ -36,6 +37,7 @@ def test_json(test: TestResult, explanation: Explanation | None) -> dict[str, An
             key: quantiles(levels) for key, levels in test.figures_with_effects.items()
         },
         "effects": list(test.effects),
+        "effect_parameters": {one.id: _effect(one) for one in test.effect_summaries},
         "rmse_rad": number(test.rmse_rad),
         "noise_floor_rad": number(test.noise_floor_rad),
         "outlier_fraction": number(test.outlier_fraction),
@@ -61,6 +63,13 @@ def _parameter(summary: ParameterSummary) -> dict[str, float | None]:
         "ess_bulk": number(summary.ess_bulk),
         "ess_tail": number(summary.ess_tail),
         "contraction": number(summary.contraction),
+    }
+
+
+def _effect(found: EffectSummary) -> dict[str, Any]:
+    return {
+        name: {"unit": found.units[name], **quantiles(levels)}
+        for name, levels in found.parameters.items()
     }
 
 

@@ -119,6 +119,22 @@ class ParameterDraws:
 
 
 @dataclass(frozen=True)
+class EffectSummary:
+    """Posterior of the parameters of an effect that was fitted beside the drive model.
+
+    Attributes
+    ----------
+    id : of the effect
+    parameters : name → level → value
+    units : of the parameters by name
+    """
+
+    id: str
+    parameters: Mapping[str, Mapping[float, float]]
+    units: Mapping[str, str]
+
+
+@dataclass(frozen=True)
 class PaperIdentification:
     """Point estimate by the paper's own identification: five points, then least squares.
 
@@ -199,6 +215,8 @@ class TestResult:
     warnings: tuple[str, ...]
     figures_with_effects: Mapping[str, Mapping[float, float]] = field(default_factory=dict)
     """Width, loss and lost motion with lasting effects in them; empty where there are none."""
+    effect_summaries: tuple[EffectSummary, ...] = ()
+    """Parameters of the effects fitted; an empirical term has none."""
     identification: Identification | None = None
     sensitivity: Mapping[str, Sensitivity] = field(default_factory=dict)
     """What each parameter and figure rests on, by parameter's name and figure's key."""

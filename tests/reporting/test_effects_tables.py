@@ -7,10 +7,13 @@ from dataclasses import replace
 import pytest
 
 from hdprog.reporting.bias import Shift, shifts
+from hdprog.reporting.build import build_report
 from hdprog.reporting.sections.effects_tables import off_words
-from tests.reporting import explanations
+from hdprog.reporting.summary import summary_json
+from hdprog.results import EffectSummary
+from tests.reporting import drives, explanations
 from tests.reporting.effects_view import said, tables
-from tests.reporting.page import spaced
+from tests.reporting.page import Page, spaced
 
 
 def test_errors_stand_side_by_side() -> None:
@@ -114,3 +117,19 @@ def test_what_was_rejected_has_its_reason() -> None:
     table = tables(explanations.record())["Looked at and not"]
     assert table["Viscous friction"] == ("3", "1.1 ± 2.4", "gains too little")
     assert table["Kinematic error"] == ("–", "–", "needs output angle")
+
+
+def test_a_fit_tells_the_size_of_the_effects_that_it_was_asked_for() -> None:
+    """Only the draws of posterior.nc had it."""
+    levels = {0.05: 2.0e-4, 0.25: 2.1e-4, 0.5: 2.14e-4, 0.75: 2.2e-4, 0.95: 2.3e-4}
+    creep = EffectSummary("creep", {"amplitude": levels}, {"amplitude": "rad"})
+    plain = drives.single_fit()
+    test = replace(plain.tests[0], effects=("creep",), effect_summaries=(creep,))
+    fit = replace(plain, tests=(test,))
+    told_so = "Size of what was added to the drive model."
+    told = Page(build_report(fit)).text.partition(told_so)[2]
+    assert told.split("Creep ")[1].startswith("amplitude 200 214 230 µrad")
+    assert told_so not in Page(build_report(plain)).text
+    found = summary_json(fit)["tests"][0]["effect_parameters"]["creep"]["amplitude"]
+    assert (found["unit"], found["q50"]) == ("rad", pytest.approx(2.14e-4))
+    assert summary_json(plain)["tests"][0]["effect_parameters"] == {}

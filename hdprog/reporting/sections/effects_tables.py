@@ -36,6 +36,7 @@ from hdprog.reporting.words import (
     spoken,
     tidy,
 )
+from hdprog.results import EffectSummary
 
 _MICRO = 1e6
 _NAMED = 2  # effects, at most, that the head of a column names
@@ -123,7 +124,9 @@ def _p_value(value: float) -> str:
     return "below 0.001" if value < 1e-3 else significant(min(value, 1.0), 2)
 
 
-def parameter_table(effects: Sequence[FoundEffect], note: str, *, doubtful: bool) -> Table | None:
+def parameter_table(
+    effects: Sequence[FoundEffect | EffectSummary], note: str, *, doubtful: bool
+) -> Table | None:
     """Parameters of the effects with their units; None where they have none."""
     groups = tuple(
         Group(
