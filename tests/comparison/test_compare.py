@@ -23,6 +23,7 @@ from hdprog.shipped import shipped
 from tests.cli.conftest import Invoke, invoke  # noqa: F401 - a fixture
 from tests.comparison.loops import SHORT, loop_of
 from tests.reporting.page import Page, spaced
+from tests.reporting.test_picture_data import read
 
 SHIPPED = Path(str(shipped("datasets"))) / "wearing-csf-25-80"
 forked = pytest.mark.skipif(
@@ -113,6 +114,14 @@ def test_the_page_says_what_the_numbers_say(outcome: ComparisonOutcome) -> None:
         assert one.words in page.text
     assert "needs time_s and output_angle_rad" in page.text
     assert "Quick run" in page.text
+    files = {str(one["download"]): str(one["href"]) for _, one in page.tags if "download" in one}
+    assert list(files) == ["model-ranking.csv", "local-stiffness.csv", "model-loops.csv"]
+    models = {one.words for one in outcome.result.models}
+    [head, *rows] = read(files["model-loops.csv"])
+    assert head[-1] == "measured less modelled angle [µrad]"
+    assert {row[0] for row in rows} == models
+    yielding = {one.words for one in outcome.result.models if one.stiffness is not None}
+    assert {row[0] for row in read(files["local-stiffness.csv"])[1:]} == yielding
 
 
 @forked

@@ -21,6 +21,7 @@ from hdprog.reporting.figures.backtest_intervals import _passed
 from hdprog.reporting.sections.backtest import accuracies, method
 from hdprog.results import Provenance
 from tests.reporting.page import Page, spaced
+from tests.reporting.test_picture_data import read
 
 LOST = Limit("lost_motion_arcmin", 2.0, "above")
 MADE = Provenance("0", 0, False, "hdprog backtest x", "2026-01-01T00:00:00+00:00", {}, {})
@@ -130,6 +131,22 @@ def test_the_report_draws_hits_and_misses() -> None:
     assert len(alts) == 6
     assert "1 of 2 forecasts put more than even odds within 20 %" in alts[5]
     assert len(page.captions) == 6
+    # Each picture has its numbers under names of their own.
+    files = [attributes for _, attributes in page.tags if "download" in attributes]
+    assert [attributes["download"] for attributes in files] == [
+        "forecasts-d1.csv",
+        "forecasts-d2.csv",
+        "forecasts-d3.csv",
+        "coverage.csv",
+        "where-what-came-fell.csv",
+        "remaining-life-over-life.csv",
+    ]
+    [head, missed] = read(str(files[1]["href"]))
+    assert dict(zip(head, missed, strict=True))["passed at [h]"] == "900"
+    assert read(str(files[2]["href"]))[1][-2:] == ["", "5000"]
+    [head, *rows] = read(str(files[5]["href"]))
+    assert [row[0] for row in rows] == ["d1", "d2"]
+    assert dict(zip(head, rows[1], strict=True))["true remaining life"] == "1"
     # Each crossing is said to be whose, as forecasts are: by folder, as ids may be alike.
     assert "d1: Lost motion" in page.text
     assert "d2: Lost motion" in page.text

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from hdprog.forecast.backtest import ALPHA
 from hdprog.forecast.backtest_pool import CrossingCourse
 from hdprog.reporting.axes import PERCENT
+from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.rounding import share
 from hdprog.reporting.style import (
     FIT,
@@ -78,7 +79,29 @@ def accuracy(courses: Sequence[CrossingCourse]) -> Picture | None:
             "the share of life gone at which points enter the wedge for good is how early such a"
             " forecast may be planned by; before it, plan by the early end of the interval."
         ),
+        data=_data(courses),
     )
+
+
+def _data(courses: Sequence[CrossingCourse]) -> PictureData:
+    """Every forecast of every crossing in parts of the life; past the horizon the cell is empty."""
+    rows = []
+    for course in courses:
+        life = course.crossed_at - course.first_hours
+        for at, score in zip(course.origins, course.scores, strict=True):
+            ends = (score.quantiles[level] for level in (0.05, 0.5, 0.95))
+            rows.append(
+                (
+                    course.drive,
+                    quantity(course.key).name,
+                    (at - course.first_hours) / life,
+                    (course.crossed_at - at) / life,
+                    *(None if end is None else (end - at) / life for end in ends),
+                )
+            )
+    named = (f"forecast remaining life, {level} %" for level in (5, 50, 95))
+    columns = ("drive", "figure", "life gone", "true remaining life", *named)
+    return PictureData.of("remaining-life-over-life", columns, rows)
 
 
 def _course(axes: Axes, course: CrossingCourse, look: int, shift: float) -> None:

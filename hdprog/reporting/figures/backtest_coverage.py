@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from hdprog.forecast.backtest_pool import FEW, Coverage
 from hdprog.reporting.axes import PERCENT
 from hdprog.reporting.backtest_words import agrees, range_words, share_words
+from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.style import FIT, INK, LIMIT, Picture, new_figure, picture
 from hdprog.reporting.words import capital, listed
 
@@ -80,6 +81,28 @@ def coverage(rows: Sequence[CoverageRow]) -> Picture:
         good="every stroke lies on its bar, and the bars are short.",
         bad="a bar left of its stroke: intervals too narrow; right of it: too wide.",
         action="where bars are long, decide nothing by them; add drives or tests.",
+        data=_data(rows),
+    )
+
+
+def _data(rows: Sequence[CoverageRow]) -> PictureData:
+    columns = ("what", "interval", "held", "forecasts", "share", "low", "high", "should be")
+    return PictureData.of(
+        "coverage",
+        columns,
+        [
+            (
+                row.name,
+                found.nominal,
+                float(found.held),
+                float(found.count),
+                found.share,
+                *found.range,
+                found.expected,
+            )
+            for row in rows
+            for found in [row.coverage]
+        ],
     )
 
 

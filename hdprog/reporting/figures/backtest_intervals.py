@@ -12,9 +12,11 @@ from hdprog.forecast.backtest import CrossingScore, OriginScores
 from hdprog.forecast.backtest_pool import DriveScores
 from hdprog.reporting.axes import hour_axis
 from hdprog.reporting.outlook import limit_words
-from hdprog.reporting.rounding import hours
+from hdprog.reporting.picture_data import PictureData
+from hdprog.reporting.rounding import THIN_SPACE, hours
 from hdprog.reporting.style import FIT, INK, LIMIT, Picture, new_figure, picture
 from hdprog.reporting.words import agree, capital, counted, listed
+from hdprog.results import LEVELS
 
 Row = tuple[OriginScores, CrossingScore]
 _ROW = 0.25  # inches
@@ -60,6 +62,7 @@ def forecast_intervals(drive: DriveScores) -> Picture | None:
             "where later rows miss on one side, look at that limit's trend in the report of"
             " `hdprog run`: a break or an effect there was not known to the forecasts."
         ),
+        data=_data(drive),
     )
 
 
@@ -70,6 +73,25 @@ def _rows(drive: DriveScores, limit: Limit) -> list[Row]:
         for score in origin.crossings
         if score.limit == limit
     ]
+
+
+def _data(drive: DriveScores) -> PictureData:
+    """Every forecast and what came; a quantile past the horizon is empty, as is no crossing."""
+    named = (f"forecast, {100 * level:.0f} % [h]" for level in LEVELS)
+    rows = [
+        (
+            limit_words(score.limit).replace(THIN_SPACE, " "),
+            origin.test_id,
+            origin.service_hours,
+            *(score.quantiles[level] for level in LEVELS),
+            score.crossed_at if score.crossing_seen else None,
+            score.seen_until,
+        )
+        for origin in drive.origins
+        for score in origin.crossings
+    ]
+    columns = ("limit", "test", "forecast at [h]", *named, "passed at [h]", "seen until [h]")
+    return PictureData.of(f"forecasts-{drive.name}", columns, rows)
 
 
 def _span(drive: DriveScores) -> tuple[float, float]:

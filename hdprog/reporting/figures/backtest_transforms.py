@@ -10,6 +10,7 @@ from matplotlib.ticker import MaxNLocator
 from hdprog.forecast.backtest_pool import FEW, bins_for
 from hdprog.forecast.scores import TransformHistogram, transform_histogram
 from hdprog.reporting.axes import PERCENT
+from hdprog.reporting.picture_data import Cell, PictureData
 from hdprog.reporting.style import FIT, INK, LIMIT, MUTED, Picture, new_figure, picture
 from hdprog.reporting.words import agree, capital, counted, listed
 
@@ -31,7 +32,7 @@ def transforms(crossings: Sequence[float], next_tests: Sequence[float], distinct
         )
         if values
     ]
-    findings = []
+    findings, rows = [], []
     for index, (name, values) in enumerate(titled):
         axes = figure.add_axes((0.085 + 0.49 * index, 0.19, 0.39, 0.66))
         found = transform_histogram(values, bins_for(len(values)))
@@ -39,6 +40,7 @@ def transforms(crossings: Sequence[float], next_tests: Sequence[float], distinct
         axes.set_title(f"{capital(name)} ({len(values)})")
         only = f" ({distinct} only)" if values is crossings and distinct < FEW else ""
         findings.append(f"{name}{only}: {_finding(found, len(values))}")
+        rows += _rows(name, found)
     return picture(
         figure,
         alt=f"{capital('; '.join(findings))}.",
@@ -46,8 +48,9 @@ def transforms(crossings: Sequence[float], next_tests: Sequence[float], distinct
             "Each forecast gives a probability of all that lies below what came; the bars count"
             " how often it fell into each part from 0 to 100 %. The band is where all bars of one"
             " histogram lie together in 95 of 100 cases if the forecasts are honest and"
-            " independent (simultaneous, by Bonferroni). Forecasts of one crossing from many tests"
-            " are not independent: the left band is then too narrow."
+            " independent (simultaneous, by Bonferroni); the broken line is their height if all"
+            " were alike. Forecasts of one crossing from many tests are not independent: the left"
+            " band is then too narrow."
         ),
         good="bars of about equal height, all within the band.",
         bad=(
@@ -55,7 +58,19 @@ def transforms(crossings: Sequence[float], next_tests: Sequence[float], distinct
             " end: what came, came later or higher than forecast; at the left end: the contrary."
         ),
         action="one bar outside is a hint, not a proof; score more drives before acting on it.",
+        data=PictureData.of(
+            "where-what-came-fell", ("what", "from", "to", "forecasts", "low", "high"), rows
+        ),
     )
+
+
+def _rows(name: str, found: TransformHistogram) -> list[tuple[Cell, ...]]:
+    """Bars of a histogram and the ends of its band."""
+    bins, low, high = found.counts.size, float(found.low), float(found.high)
+    return [
+        (name, at / bins, (at + 1) / bins, float(count), low, high)
+        for at, count in enumerate(found.counts)
+    ]
 
 
 def _draw(axes: Axes, found: TransformHistogram, count: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,14 @@ from hdprog.comparison.results import ComparedModel, Comparison
 from hdprog.physics.parameters import FloatArray
 from hdprog.reporting.axes import THOUSANDS
 from hdprog.reporting.figures.residual_strip import FALLING, RISING
-from hdprog.reporting.geometry import ARCMIN, MICRORADIAN, straight_slope, stretches
+from hdprog.reporting.geometry import ARCMIN, MICRORADIAN, few, straight_slope, stretches
+from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.rounding import significant
 from hdprog.reporting.style import FIT, MEASURED, MUTED, Picture, new_figure, picture
 from hdprog.reporting.words import listed
 from hdprog.results import LoopFit
 
+_ROWS = 200  # of each model, in the file of numbers
 _HEIGHT, _TOP, _BELOW, _GAP = 1.18, 0.42, 0.5, 0.33  # inches of a row and between rows
 
 
@@ -64,7 +67,28 @@ def model_loops(result: Comparison) -> Picture:
         bad="blue and orange points apart (friction that the model lacks or has wrong), a bend "
         "(stiffness that it has wrong).",
         action="take no figure from a model whose points leave the band.",
+        data=_data(models, slope, middle),
     )
+
+
+def _data(models: tuple[ComparedModel, ...], slope: float, middle: float) -> PictureData:
+    """Record, model and residual of every model, at most so many rows each."""
+    rows, left_out = [], 0
+    for one in models:
+        fit, at = one.fit, few(one.fit.torque.size, _ROWS)
+        left_out += fit.torque.size - at.size
+        columns = (
+            fit.torque,
+            ARCMIN * _straight(fit, fit.angle, slope, middle),
+            ARCMIN * _straight(fit, fit.fitted, slope, middle),
+            MICRORADIAN * fit.residual,
+        )
+        values = (column[at].tolist() for column in columns)
+        rows += [(one.words, *row) for row in zip(*values, strict=True)]
+    bent = (f"{whose} angle less a straight line [arcmin]" for whose in ("measured", "modelled"))
+    named = ("model", "torque [Nm]", *bent, "measured less modelled angle [µrad]")
+    found = PictureData.of("model-loops", named, rows)
+    return replace(found, left_out=left_out)
 
 
 def _widest(models: tuple[ComparedModel, ...]) -> ComparedModel:

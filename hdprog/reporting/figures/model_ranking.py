@@ -9,6 +9,7 @@ from hdprog.comparison.results import DRIVE, MARGIN, ComparedModel, Comparison
 from hdprog.reporting.axes import THOUSANDS
 from hdprog.reporting.comparison_words import difference
 from hdprog.reporting.geometry import MICRORADIAN
+from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.rounding import significant
 from hdprog.reporting.style import FIT, INK, LIMIT, MEASURED, MUTED, Picture, new_figure, picture
 from hdprog.reporting.words import listed
@@ -49,7 +50,29 @@ def model_ranking(result: Comparison) -> Picture:
             "where several models are level, rely only on figures that they agree on, or record a "
             "loop with a larger torque, minor loops or a second loading rate."
         ),
+        data=_data(models),
     )
+
+
+def _data(models: tuple[ComparedModel, ...]) -> PictureData:
+    columns = (
+        "model",
+        "behind the best",
+        "standard error",
+        "error [µrad]",
+        "error on left-out parts [µrad]",
+    )
+    rows = [
+        (
+            one.words,
+            one.evidence.difference,
+            one.evidence.difference_se,
+            MICRORADIAN * one.errors.rmse_rad,
+            MICRORADIAN * one.errors.heldout_rmse_rad,
+        )
+        for one in models
+    ]
+    return PictureData.of("model-ranking", columns, rows)
 
 
 def _draw_evidence(axes: Axes, models: tuple[ComparedModel, ...]) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from hdprog.comparison.results import DRIVE, ComparedModel, Comparison
 from hdprog.reporting.axes import THOUSANDS
+from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.rounding import significant
 from hdprog.reporting.style import FIT, Picture, new_figure, picture
 from hdprog.reporting.words import torque_words
@@ -76,7 +77,20 @@ def model_stiffness(result: Comparison) -> Picture:
         good="the models that predict well run together.",
         bad="they part: the stiffness there is the model's word, not the record's.",
         action="quote a stiffness with the model that it comes from where the curves part.",
+        data=_data(shown),
     )
+
+
+def _data(shown: list[ComparedModel]) -> PictureData:
+    """Every model's curve with its band."""
+    rows = []
+    for one in shown:
+        band = one.stiffness
+        assert band is not None
+        levels = (band.quantiles[level].tolist() for level in (0.05, 0.5, 0.95))
+        rows += [(one.words, *values) for values in zip(band.torque.tolist(), *levels, strict=True)]
+    named = (f"local stiffness, {level} % [Nm/rad]" for level in (5, 50, 95))
+    return PictureData.of("local-stiffness", ("model", "torque [Nm]", *named), rows)
 
 
 def _top(shown: list[ComparedModel]) -> float:
