@@ -29,7 +29,7 @@ from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fleet import FleetPrior, Said
 from hdprog.trend.followed_effects import FollowedEffects
-from hdprog.trend.joint_refit import Met
+from hdprog.trend.joint_refit import RHAT_LIMIT, Met
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters
 from hdprog.trend.steady_pace import Told, ToldEarly, is_steady
 from hdprog.trend.temperature_effect import cooled, temperature_effect, warmth_added
@@ -210,6 +210,7 @@ def not_reproduced(
 def _exactness(met: Met) -> dict[str, float]:
     """How far the Gaussian step was from the loops, and how well they were sampled with it."""
     found = {"pareto_k": met.pareto_k, "joint_rhat": met.rhat, "joint_ess": met.ess}
+    found["joint_rhat_limit"] = None if met.rhat is None else RHAT_LIMIT
     return {name: value for name, value in found.items() if value is not None}
 
 

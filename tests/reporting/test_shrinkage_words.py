@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from hdprog.reporting.sections.method import hyperparameters
+from hdprog.reporting.sections.method import hyperparameters, method
 from hdprog.reporting.sections.shrinkage import shrinkage
 from hdprog.results import FleetShare, Shrinkage, SteadyShare
+from hdprog.trend.joint_refit import Met
+from hdprog.trend.summary import _exactness
 from tests.reporting import drives
 
 
@@ -37,6 +40,20 @@ def test_runs_of_an_older_version_leave_any_drives_pace_and_the_report_says_so()
     said = caption(None)
     assert "made by an older version" in said
     assert "as that of any drive" in said
+
+
+def test_what_is_asked_of_the_joint_sampling_stands_beside_its_r_hat() -> None:
+    """That of the fits, 1.01, stands above it in the report."""
+    result = drives.wearing(drives.LOST_MOTION, count=4)
+    assert result.trend is not None
+    met = Met(np.zeros((2, 1)), np.zeros((2, 1, 1)), 0.77, sampled=True, rhat=1.015, ess=331.0)
+    for found, words in (
+        (met, "R-hat 1.015 where less than 1.1 is asked for, 331 effective draws"),
+        (replace(met, rhat=None, ess=None), "its draws are weighted by the loops' own likelihoods"),
+    ):
+        trend = replace(result.trend, diagnostics=_exactness(found))
+        passages = method(replace(result, trend=trend))
+        assert words in next(one.text for one in passages if one.title == "Trend")
 
 
 def test_what_a_fleet_told_is_carried_by_the_fleet_as_the_verdict_says() -> None:

@@ -209,9 +209,12 @@ def _exactness(diagnostics: Mapping[str, float]) -> str:
     step = f" A Gaussian near the joint mode stands for every loop at first (Pareto k {k:.2f})"
     if "joint_rhat" not in diagnostics:
         return step + "; its draws are weighted by the loops' own likelihoods."
+    limit = diagnostics.get("joint_rhat_limit")
+    asked = "" if limit is None else f" where less than {limit:g} is asked for"
     return (
         step + "; all loops and the trend were then sampled together by their own likelihoods "
-        f"(R-hat {diagnostics['joint_rhat']:.3f}, {diagnostics['joint_ess']:.0f} effective draws)."
+        f"(R-hat {diagnostics['joint_rhat']:.3f}{asked}, "
+        f"{diagnostics['joint_ess']:.0f} effective draws)."
     )
 
 
