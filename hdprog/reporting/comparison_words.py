@@ -80,11 +80,14 @@ def _error(result: Comparison) -> str:
     best = result.models[0]
     error = MICRORADIAN * best.errors.heldout_rmse_rad
     floor = MICRORADIAN * result.noise_floor_rad
-    worth = "about the noise" if error < _STRUCTURE * floor else "more than noise"
-    return (
+    noise = error < _STRUCTURE * floor
+    said = (
         f"On parts of the record that it did not see its error is {significant(error, 2)} µrad, "
-        f"{worth} ({significant(floor, 2)} µrad)."
+        f"{'about the noise' if noise else 'more than noise'} ({significant(floor, 2)} µrad)."
     )
+    if noise or result.of(DRIVE) not in result.level:
+        return said
+    return f"{said} `hdprog explain` looks for what the drive model lacks."
 
 
 def _agreement(result: Comparison) -> list[str]:

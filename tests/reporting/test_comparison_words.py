@@ -36,9 +36,9 @@ def test_median_and_interval_are_of_the_same_torque(
     assert at_end(band(*torque)) == (stiffness - 1.0, stiffness, stiffness + 1.0)
 
 
-def rigid_first() -> Comparison:
+def rigid_first(error: float = 7e-6) -> Comparison:
     """The rigid model is best, and the drive model level with it."""
-    errors = SimpleNamespace(heldout_rmse_rad=7e-6)
+    errors = SimpleNamespace(heldout_rmse_rad=error)
     models = [
         SimpleNamespace(id="rigid", words="rigid drive", stiffness=None, errors=errors),
         SimpleNamespace(id="drive", words="drive model", stiffness=band(5.0, 50.0), errors=errors),
@@ -55,6 +55,16 @@ def test_a_stiffness_is_said_of_the_model_that_yields() -> None:
     found = rigid_first()
     assert "By the drive model the local stiffness at 50" in verdict(found).text
     assert _alt(found, found.models[1:]).startswith("On the drive model the local stiffness runs")
+
+
+def test_a_drive_model_far_above_the_noise_points_to_the_search_for_what_it_lacks() -> None:
+    assert "hdprog explain" not in verdict(rigid_first()).text
+    assert (
+        verdict(rigid_first(43e-6)).text.count(
+            "`hdprog explain` looks for what the drive model lacks."
+        )
+        == 1
+    )
 
 
 def test_the_names_of_all_models_are_in_the_picture_of_stiffness(
