@@ -29,6 +29,7 @@ from hdprog.inference.sampler import (
     fresh_random_state,
     initial_states,
     sample_ensembles,
+    spaced_positions,
 )
 from hdprog.inference.starting_points import StartingPoint
 from hdprog.physics.parameters import FloatArray
@@ -67,9 +68,8 @@ def lost_modes(
     -------
     (draws, dimensions), or None
     """
-    seen = chains.reshape(-1, chains.shape[-1])
     # The mean of proposal over posterior, over draws of the posterior, is one over its integral.
-    rough = -_log_mean(-_excess(density, mixture, _spaced(seen, _FEW)))
+    rough = -_log_mean(-_excess(density, mixture, spaced_positions(chains, _FEW)))
     best = np.array([density.position(mode.point) for mode in modes])
     doubtful = np.flatnonzero(_excess(density, mixture, best) - rough > _HARDLY)
     if doubtful.size == 0:
@@ -88,11 +88,13 @@ def lost_modes(
         fitted = [fit_mixture(one, _COMPONENTS, rng) for one in draws]
         own = [replace(one, degrees=_TAIL_DEGREES) for one in fitted]
         share, worth, level = _out_of_reach(density, mixture, own, random)
-        given = np.mean(_excess(density, mixture, _spaced(seen, _MORE)) - level > _HARDLY)
+        given = np.mean(
+            _excess(density, mixture, spaced_positions(chains, _MORE)) - level > _HARDLY
+        )
         if share < _LEAST + _TIMES * given:
             return None
         if worth >= _WORTH:
-            return _spaced(draws.reshape(-1, draws.shape[-1]), _RETURNED)
+            return spaced_positions(draws, _RETURNED)
     return None
 
 
@@ -121,8 +123,3 @@ def _excess(density: RidgePosterior, mixture: Mixture, position: FloatArray) -> 
 def _log_mean(values: FloatArray) -> FloatArray:
     """Log of the mean over the first axis, of logs."""
     return np.asarray(np.logaddexp.reduce(values, axis=0) - math.log(len(values)))
-
-
-def _spaced(position: FloatArray, most: int) -> FloatArray:
-    chosen = np.linspace(0, len(position) - 1, min(len(position), most)).astype(int)
-    return np.asarray(position[chosen])

@@ -183,6 +183,13 @@ def fresh_random_state(rng: np.random.Generator) -> Any:
     ).get_state()
 
 
+def spaced_positions(chains: FloatArray, most: int) -> FloatArray:
+    """At most so many positions (positions, dimensions) of chains (..., dimensions), evenly."""
+    pooled = chains.reshape(-1, chains.shape[-1])
+    chosen = np.linspace(0, len(pooled) - 1, min(len(pooled), most)).astype(int)
+    return np.asarray(pooled[chosen])
+
+
 def worth_walkers(starts: list[StartingPoint]) -> list[StartingPoint]:
     """Modes, best first, without those that are much worse than the best."""
     return [start for start in starts if start.deviance < starts[0].deviance + 12.0]

@@ -18,6 +18,7 @@ from hdprog.inference.sampler import (
     EnsembleState,
     RidgePosterior,
     sample_ensembles,
+    spaced_positions,
 )
 from hdprog.inference.starting_points import StartingPoint
 from hdprog.inference.threshold_redraw import ThresholdRedraw
@@ -143,7 +144,7 @@ def sample_until_converged(
     for steps, temperature, components in parts:
         chains, _, states = advance(steps, mixture, temperature)
         # The part before was wider: the proposal keeps what it saw.
-        late = [*late[-1:], _some(chains[:, steps // 2 :], plan.fitted_draws)]
+        late = [*late[-1:], spaced_positions(chains[:, steps // 2 :], plan.fitted_draws)]
         mixture = fit_mixture(np.concatenate(late), components, rng)
     if redraw is not None and not redraw.concerns(np.concatenate(late)).any():
         redraw = None  # of no use to this record
@@ -158,7 +159,7 @@ def sample_until_converged(
         if tau > _SLOW and refits < fits and worth_it:
             # The proposal misses part of the posterior: what was seen so far becomes warm-up.
             slowest, fitted_to = tau, total
-            seen = [_some(ridge, plan.fitted_draws)]
+            seen = [spaced_positions(ridge, plan.fitted_draws)]
             if plan.wide_steps:
                 wide_steps, here = (refits + 1) * plan.wide_steps, states
                 wide, _, there = advance(wide_steps, mixture, _WIDE_TEMPERATURE)
@@ -166,7 +167,7 @@ def sample_until_converged(
                     replace(one, position=was.position)
                     for one, was in zip(there, here, strict=True)
                 ]
-                seen.append(_some(wide[:, wide_steps // 4 :], plan.fitted_draws))
+                seen.append(spaced_positions(wide[:, wide_steps // 4 :], plan.fitted_draws))
             mixture = fitted_anew(seen)
             warm_up, refits = steps_done, refits + 1
             ridge, accepted, states = advance(plan.first_steps * refits, mixture)
@@ -185,7 +186,7 @@ def sample_until_converged(
             if lost is not None and steps_done < plan.most_steps + plan.further_steps:
                 # All before was without them: walkers first find their way back.
                 regained.append(lost)
-                mixture = fitted_anew([_some(ridge, plan.fitted_draws)])
+                mixture = fitted_anew([spaced_positions(ridge, plan.fitted_draws)])
                 slowest, fitted_to, refits = math.inf, plan.first_steps, refits + 1
                 _, _, states = advance(plan.first_steps, mixture)
                 warm_up = steps_done
@@ -213,13 +214,6 @@ def sample_until_converged(
         "evaluations": float(steps_done * ensembles * walkers),
     }
     return chains, diagnostics, sampling, converged
-
-
-def _some(ridge: FloatArray, most: int) -> FloatArray:
-    """At most so many positions (positions, 9), evenly spaced in all chains."""
-    pooled = ridge.reshape(-1, ridge.shape[-1])
-    chosen = np.linspace(0, len(pooled) - 1, min(len(pooled), most)).astype(int)
-    return np.asarray(pooled[chosen])
 
 
 def _unconstrained(posterior: RidgePosterior, ridge: FloatArray) -> FloatArray:
