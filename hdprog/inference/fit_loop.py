@@ -239,7 +239,7 @@ def _figures_leave_out(likelihood: LoopLikelihood) -> str:
         named = " and ".join(spoken_effect(effect.id) for effect in dividing)
         said += (
             f" How much of the width and loss is the drive's and how much belongs to {named} hangs "
-            "on the assumed shape, and their intervals do not hold that."
+            "on the assumed shape, and their intervals hold no more than shapes near it."
         )
         if all(effect.static for effect in dividing):
             said += " Go by width and loss with it."

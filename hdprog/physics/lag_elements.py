@@ -12,6 +12,9 @@ import numpy as np
 from hdprog.physics.course import Course
 from hdprog.physics.parameters import FloatArray
 
+_MOST_OWN = 0.95
+_NEWTON_STEPS = 5  # to the last digits of all up to there
+
 
 def jenkins(course: Course, limit: FloatArray, initial: FloatArray) -> FloatArray:
     """State of Jenkins elements along a course.
@@ -40,7 +43,7 @@ def jenkins(course: Course, limit: FloatArray, initial: FloatArray) -> FloatArra
 
 
 def exponential_lag(
-    course: Course, length: FloatArray, initial: FloatArray
+    course: Course, length: FloatArray, initial: FloatArray, lag: FloatArray | float = 0.0
 ) -> tuple[FloatArray, FloatArray]:
     """State of elements that approach their limit exponentially in torque travelled.
 
@@ -49,6 +52,8 @@ def exponential_lag(
     course : the record
     length : (draws, 1) torque in Nm within which the distance to the limit falls to 1/e
     initial : (draws, 1) state at the first sample, −1 to 1
+    lag : (draws, 1) in Nm: the torque that carries an element is that of the course and `lag` times
+        the element's state; 0 where the course's own torque carries it
 
     Returns
     -------
@@ -61,7 +66,28 @@ def exponential_lag(
     for number, (start, end) in enumerate(zip(path.starts, path.ends, strict=True)):
         sign = 1.0 if path.rising[number] else -1.0
         missing = sign - current
-        state[:, start:end] = sign - missing[:, None] * np.exp(-travel[start:end] / length)
-        current = sign - missing * np.exp(-turns[number] / length[:, 0])
+        own = np.asarray(lag / length * np.abs(missing[:, None]))
+        left = _left_of_lag(travel[start:end] / length, own)
+        state[:, start:end] = sign - missing[:, None] * left
+        current = sign - missing * _left_of_lag(turns[number] / length, own)[:, 0]
         ends[:, number] = current
     return state, ends
+
+
+def _left_of_lag(travelled: FloatArray, own: FloatArray) -> FloatArray:
+    """g = exp(−u − p(1 − g)), the part of a lag that is left.
+
+    Parameters
+    ----------
+    travelled : (draws, n) u, torque of the course over the element's length
+    own : (draws, 1) p ≥ 0, what the element adds to that torque in turning round over its length;
+        from 1 on the course would run backwards, so that it is held below
+    """
+    without = np.exp(-travelled)
+    if not own.any():
+        return without
+    own, left = np.minimum(own, _MOST_OWN), without
+    for _ in range(_NEWTON_STEPS):
+        found = without * np.exp(own * (left - 1.0))
+        left = left - (left - found) / (1.0 - own * found)
+    return left

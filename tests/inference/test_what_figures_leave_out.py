@@ -17,8 +17,8 @@ from tests.inference.test_linearised_effects import likelihood_with
         (("backlash",), None, "lasting are given beside them."),
         (("microslip",), "microslip", "Go by width and loss with it."),
         (("microslip", "backlash"), "microslip", "Go by width and loss with it."),
-        (("stribeck_friction",), "Stribeck friction", "do not hold that."),
-        (("stribeck_friction", "microslip"), "Stribeck friction and microslip", "not hold that."),
+        (("stribeck_friction",), "Stribeck friction", "shapes near it."),
+        (("stribeck_friction", "microslip"), "Stribeck friction and microslip", "shapes near it."),
     ],
 )
 def test_friction_that_divides_by_its_shape_is_told(

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.special import ndtr
 
 from hdprog.data.coordinates import record_course
 from hdprog.data.loop import Loop
@@ -88,7 +89,7 @@ def test_backlash_is_a_step_of_its_height() -> None:
     ("name", "values"),
     [
         ("backlash", {"play": 3e-4, "width": 0.7}),
-        ("cup_hardening", {"cubic": 2e-4}),
+        ("cup_hardening", {"hardening": 2e-4, "exponent": 2.6}),
         ("tooth_damage", {"height": 1e-4, "centre": 20.0, "width": 3.0}),
     ],
 )
@@ -135,10 +136,11 @@ def test_asymmetry_of_a_torque_of_one_sign() -> None:
     np.testing.assert_allclose(found, -predict(-torque, other), rtol=0, atol=1e-12)
 
 
-def test_cup_hardening_is_an_odd_cubic() -> None:
+@pytest.mark.parametrize(("exponent", "half"), [(3.0, -1e-5), (2.0, -2e-5)])
+def test_cup_hardening_is_an_odd_power(exponent: float, half: float) -> None:
     torque = np.array([0.0, 30.0, 60.0, -30.0, -60.0])
-    found = added("cup_hardening", course_of(torque), cubic=-8e-5)
-    np.testing.assert_allclose(found, [0, -1e-5, -8e-5, 1e-5, 8e-5], atol=1e-19)
+    found = added("cup_hardening", course_of(torque), hardening=-8e-5, exponent=exponent)
+    np.testing.assert_allclose(found, [0, half, -8e-5, -half, 8e-5], atol=1e-19)
 
 
 def stepped_jenkins(torque: FloatArray, limit: float, initial: float) -> FloatArray:
@@ -209,7 +211,7 @@ def test_coulomb_friction_widens_the_loop_by_a_constant() -> None:
 def test_microslip_is_a_spread_of_jenkins_elements() -> None:
     torque = zigzag(0, 80, -80, 80, samples=160)
     course = course_of(torque)
-    values = {"width": 4e-5, "slip_torque": 5.0, "initial_state": 0.0}
+    values = {"width": 4e-5, "slip_torque": 5.0, "spread": 0.7, "initial_state": 0.0}
     found = added("microslip", course, **values)
     # Both ends are far behind every element's limit: the whole width, from either side.
     assert found[160] == pytest.approx(-2e-5, rel=1e-12)
@@ -223,6 +225,25 @@ def test_microslip_is_a_spread_of_jenkins_elements() -> None:
     # Masing's rule: half the travel and half the stroke from the virgin curve of rest.
     virgin = np.interp(0.5 * (80 - torque[160:321]), torque[:161], -found[:161])
     np.testing.assert_allclose(rise + 2e-5, 2 * virgin, atol=2e-9)
+
+
+@pytest.mark.parametrize("spread", [0.4, 0.7, 1.0])
+def test_microslip_follows_the_log_normal_spread_it_states(spread: float) -> None:
+    """The virgin curve is E[min(T, L)]/E[L] over the slip limits L, in closed form."""
+    torque, median = zigzag(0, 80, 79, samples=400), 5.0
+    found = added(
+        "microslip",
+        course_of(torque),
+        width=2.0,
+        slip_torque=median,
+        spread=spread,
+        initial_state=0.0,
+    )
+    reached = torque[1:401]
+    at = np.log(reached / median) / spread
+    slipped = ndtr(at - spread)
+    wanted = slipped + reached / median * np.exp(-0.5 * spread**2) * ndtr(-at)
+    np.testing.assert_allclose(-found[1:401], wanted, atol=0.035 * spread)
 
 
 def test_viscous_width_is_proportional_to_the_rate() -> None:
@@ -250,7 +271,8 @@ def test_viscous_friction_thins_with_its_exponent_and_starts_as_told() -> None:
     assert found[39] == pytest.approx(-3e-5 * 0.25**0.5, rel=1e-4)
 
 
-def test_stribeck_width_falls_with_the_rate() -> None:
+@pytest.mark.parametrize("exponent", [1.0, 2.0])
+def test_stribeck_width_falls_with_the_rate(exponent: float) -> None:
     time = np.cumsum([0.0, *np.repeat([0.5, 0.5, 1.0, 1.0], 40)])
     torque = zigzag(0, 60, -60, 0, 60)
     found = added(
@@ -258,10 +280,11 @@ def test_stribeck_width_falls_with_the_rate() -> None:
         course_of(torque, time),
         width=6e-5,
         stribeck_rate=2.0,
+        exponent=exponent,
         initial_state=0.0,
     )
     rates = np.diff(torque[::40]) / np.diff(time[::40])
-    wanted = -3e-5 * np.sign(rates) * np.exp(-np.abs(rates) / 2.0)
+    wanted = -3e-5 * np.sign(rates) * np.exp(-((np.abs(rates) / 2.0) ** exponent))
     np.testing.assert_allclose(found[39::40], wanted, rtol=1e-9)
 
 
@@ -363,11 +386,13 @@ def test_angle_ripple_is_periodic_in_the_angle_of_the_model() -> None:
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-16)
 
 
-def test_torque_sensor_hysteresis_is_the_drive_at_the_lag_free_torque() -> None:
-    torque = zigzag(0, 60, -60, 20, -40, 0)
-    values = {"lag": 0.8, "travel": 25.0, "initial_state": -0.2}
-    found = whole_angle("torque_sensor_hysteresis", course_of(torque), **values)
-    true = torque + 0.8 * stepped_lag(torque, 25.0, -0.2)
+@pytest.mark.parametrize("lag", [0.8, 8.0])
+def test_torque_sensor_hysteresis_is_the_drive_at_the_lag_free_torque(lag: float) -> None:
+    """The sensor's body lags behind the load, however much its reading differs from that."""
+    true = zigzag(0, 60, -60, 20, -40, 0)
+    reading = true - lag * stepped_lag(true, 25.0, -0.2)
+    values = {"lag": lag, "travel": 25.0, "initial_state": -0.2}
+    found = whole_angle("torque_sensor_hysteresis", course_of(reading), **values)
     np.testing.assert_allclose(found, plain_angle(true), rtol=0, atol=1e-14)
 
 

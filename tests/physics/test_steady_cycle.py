@@ -73,7 +73,7 @@ def test_the_cycle_is_steady() -> None:
     """Both branches meet at the ends, whatever the element's state was at first."""
     torque = np.array([-59.999, 59.999])
     for state in (-1.0, 1.0):
-        effect = lasting("microslip", width=2e-4, slip_torque=4.0, initial_state=state)
+        effect = lasting("microslip", width=2e-4, slip_torque=4.0, spread=0.7, initial_state=state)
         rising, falling = steady_branches(torque, PARAMETERS, OPERATION, effect)
         np.testing.assert_allclose(rising[0, 1], falling[0, 1], atol=1e-7)
         np.testing.assert_allclose(rising[0, 0], falling[0, 0], atol=1e-7)

@@ -101,7 +101,7 @@ class Effect(ABC):
     at_torque : whether what it adds to the angle sits at a torque of the drive, not at one of the
         sensor's: errors of the reading are taken out of the course that it is given
     divides_width : whether the loop's width divides between it and the drive's own friction by the
-        shape that it is given here, which intervals know nothing of
+        shape that it is given here, of which intervals know only what is near it
     """
 
     id: ClassVar[str]

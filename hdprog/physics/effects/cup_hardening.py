@@ -1,4 +1,4 @@
-"""Compliance that falls or rises with load: a cubic in torque."""
+"""Compliance that falls or rises with load: an odd power of torque."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from hdprog.physics.parameters import FloatArray
 
 
 class CupHardening(Effect):
-    """κ·(T/T_max)³, T_max the record's largest torque.
+    """κ·sign(T)·|T/T_max|^p, T_max the record's largest torque.
 
-    The odd term behind the linear one, as in the cubic stiffness of Tuttle (eq. 9), as compliance;
-    κ < 0 is hardening.
+    For p = 3 the odd term behind the linear one, as in the cubic stiffness of Tuttle (eq. 9), as
+    compliance; κ < 0 is hardening. How sharply a contact closes under load depends on its shape, so
+    p is free about it: a wrong power bends the drive's own stiffness.
     """
 
     id = "cup_hardening"
@@ -27,10 +28,14 @@ class CupHardening(Effect):
     at_torque = True
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
-        """κ in rad."""
+        """κ in rad, p."""
         meaning = "angle added at the largest torque"
-        return (either_sign("cubic", "rad", meaning, 0.01 * scales.angle),)
+        return (
+            either_sign("hardening", "rad", meaning, 0.01 * scales.angle),
+            EffectParameter("exponent", "-", "power of the torque", "log", 3.0, 0.25),
+        )
 
     def evaluate(self, course: Course, values: Values, angle: FloatArray) -> FloatArray:
         """See `Effect.evaluate`."""
-        return np.asarray(values["cubic"] * course.load**3)
+        power = np.abs(course.load) ** values["exponent"]
+        return np.asarray(values["hardening"] * np.sign(course.load) * power)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.special import ndtri
 
 from hdprog.physics.course import Course, Scales
 from hdprog.physics.effects.base import (
@@ -15,17 +16,18 @@ from hdprog.physics.effects.base import (
 from hdprog.physics.lag_elements import jenkins
 from hdprog.physics.parameters import FloatArray
 
-# Nodes and weights of slip limits, log-normal with standard deviation 0.7, weighted by the limit.
-_NODES = np.array([-1.9, -1.0, -0.3, 0.3, 1.0, 1.9])
-_WEIGHTS = np.exp(-0.5 * _NODES**2 + 0.7 * _NODES)
-_LIMITS = np.exp(0.7 * _NODES)
+_ELEMENTS = 8
+# Middles of as many equal parts of a standard Gaussian.
+_DEVIATES = ndtri((np.arange(_ELEMENTS) + 0.5) / _ELEMENTS)
 
 
 class Microslip(Effect):
-    """−(w/2)·Σ q_i z_i over Jenkins elements with spread slip limits, median T_m, Σ q_i = 1.
+    """−(w/2)·Σ z_i/n over n Jenkins elements with slip limits T_i = T_m·exp(σ ζ_i + σ²).
 
     Distributed Maxwell slip (Iwan 1966; Tjahjowidodo et al., J. Sound Vib. 2013, for harmonic
-    drives).
+    drives): equally stiff contacts with log-normal limits, median T_m, standard deviation σ, give
+    way in proportion to their limits. Counted by what they give way, limits are log-normal, too,
+    about T_m·exp(σ²); ζ_i are the middles of n equal parts of it.
     """
 
     id = "microslip"
@@ -40,7 +42,7 @@ class Microslip(Effect):
     divides_width = True
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
-        """w in rad, T_m in Nm, initial state."""
+        """w in rad, T_m in Nm, σ, initial state."""
         return (
             angle_amplitude("width", "angle that the contacts take from limit to limit", scales),
             EffectParameter(
@@ -52,14 +54,16 @@ class Microslip(Effect):
                 0.5,
                 grid=(-1.0, 0.0, 1.0),
             ),
+            EffectParameter(
+                "spread", "-", "standard deviation of the limits' logarithm", "log", 0.7, 0.2
+            ),
             initial_state("state at the first sample, −1 to 1"),
         )
 
     def evaluate(self, course: Course, values: Values, angle: FloatArray) -> FloatArray:
         """See `Effect.evaluate`."""
-        draws, many = values["width"].shape[0], _LIMITS.size
-        limits = (values["slip_torque"] * _LIMITS).reshape(-1, 1)
-        initial = np.repeat(values["initial_state"], many, axis=0)
-        states = jenkins(course, limits, initial).reshape(draws, many, -1)
-        total = np.einsum("dkn,k->dn", states, _WEIGHTS / _WEIGHTS.sum())
-        return np.asarray(-0.5 * values["width"] * total)
+        spread, width = values["spread"], values["width"]
+        limits = values["slip_torque"] * np.exp(spread * (_DEVIATES + spread))
+        initial = np.repeat(values["initial_state"], _ELEMENTS, axis=0)
+        states = jenkins(course, limits.reshape(-1, 1), initial)
+        return np.asarray(-0.5 * width * states.reshape(len(width), _ELEMENTS, -1).mean(axis=1))

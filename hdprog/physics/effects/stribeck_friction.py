@@ -19,10 +19,11 @@ _SLIP = 0.012  # of the largest torque: within it of a reversal the friction has
 
 
 class StribeckFriction(Effect):
-    """−(w/2)·z·exp(−|dT/dt|/r_s): the falling part of the friction curve (10).
+    """−(w/2)·z·exp(−(|dT/dt|/r_s)^p): the falling part of the friction curve (10).
 
     z is the state of a Jenkins element, ± 1 while it slides, so that friction turns round within a
-    short travel after a reversal.
+    short travel after a reversal. Measured powers p lie between 0.5 and 2 (Armstrong-Hélouvry,
+    Dupont and Canudas de Wit, Automatica 30 (1994) 1083).
     """
 
     id = "stribeck_friction"
@@ -36,7 +37,7 @@ class StribeckFriction(Effect):
     divides_width = True
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
-        """w in rad, r_s in Nm/s, initial state."""
+        """w in rad, r_s in Nm/s, p, initial state."""
         fastest = scales.rate if scales.rate is not None else 1.0
         return (
             angle_amplitude("width", "width of the loop added at rest", scales),
@@ -49,6 +50,7 @@ class StribeckFriction(Effect):
                 0.8,
                 grid=(-1.0, 0.0, 1.0),
             ),
+            EffectParameter("exponent", "-", "power of the rate", "log", 1.0, 0.4),
             initial_state("state at the first sample, −1 to 1"),
         )
 
@@ -57,5 +59,6 @@ class StribeckFriction(Effect):
         assert course.rate is not None
         limit = np.full_like(values["width"], _SLIP * course.scales.torque)
         state = jenkins(course, limit, values["initial_state"])
-        fading = np.exp(-np.abs(course.rate) / values["stribeck_rate"])
+        speed = np.abs(course.rate) / values["stribeck_rate"]
+        fading = np.exp(-(speed ** values["exponent"]))
         return np.asarray(-0.5 * values["width"] * state * fading)

@@ -9,7 +9,7 @@ from hdprog.physics.parameters import FloatArray
 
 
 class TorqueSensorHysteresis(Effect):
-    """T_true = T + T_h·z, z approaching ± 1 exponentially over a long travel T_l.
+    """T_true = T + T_h·z, z approaching ± 1 exponentially over a long travel T_l of T_true.
 
     The lag takes a large part of the swing to turn round, so a small swing leaves a small lag
     (Dahl's model of the strain-gauge body's own hysteresis).
@@ -40,5 +40,6 @@ class TorqueSensorHysteresis(Effect):
 
     def torque_error(self, course: Course, values: Values) -> tuple[FloatArray, FloatArray]:
         """See `Effect.torque_error`."""
-        along, ends = exponential_lag(course, values["travel"], values["initial_state"])
-        return -values["lag"] * along, -values["lag"] * ends
+        lag = values["lag"]
+        along, ends = exponential_lag(course, values["travel"], values["initial_state"], lag)
+        return -lag * along, -lag * ends
