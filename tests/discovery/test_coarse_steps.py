@@ -41,9 +41,9 @@ def drawn(seed: int, step: float) -> Prepared:
     return prepare(loop, DRIVE, np.random.default_rng(1), prior=PRIOR)
 
 
-@pytest.mark.parametrize("seed", [3, 12])
+@pytest.mark.parametrize("seed", [3, 37])
 def test_the_pattern_of_steps_is_given_no_name(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where readings count in full, a curve is given to one record and a mechanism to the other."""
+    """Where readings count in full, a curve is given to both."""
     record, effects = drawn(seed, 6e-5), (BY_ID["angle_ripple"], BY_ID["cup_hardening"])
 
     def named() -> bool:
