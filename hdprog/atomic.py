@@ -107,11 +107,17 @@ def _hold(aside: Path) -> int | None:
     return opened
 
 
-def _sweep(aside: Path) -> None:
+def remove_unfinished(path: Path) -> None:
+    """Remove what processes that were ended just now had begun to write aside for a folder."""
+    for aside in (_aside(path.parent, path.name), _aside(path, "hdprog")):
+        _sweep(aside, older=0.0)
+
+
+def _sweep(aside: Path, older: float = _YOUNG) -> None:
     """Remove what killed processes left beside, written for the same place as `aside`."""
     for left in aside.parent.glob(f"{glob.escape(aside.name[:-_ENDING])}*.part"):
         try:
-            if is_aside(left.name) and time.time() - left.stat().st_mtime > _YOUNG:
+            if is_aside(left.name) and time.time() - left.stat().st_mtime > older:
                 held = _hold(left)
                 if held is not None:
                     _remove(left)

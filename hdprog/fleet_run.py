@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from hdprog import __version__
-from hdprog.atomic import atomic_directory, atomic_write_text
+from hdprog.atomic import atomic_directory, atomic_write_text, remove_unfinished
 from hdprog.cluster import dask_client
 from hdprog.config import Drive
 from hdprog.data.drive_folder import read_drive_folder
@@ -143,7 +143,7 @@ def run_fleet(
     waiting = [order for order in orders if not order.finished]
     if progress is not None:
         progress("drives", len(orders) - len(waiting), len(orders))
-    with _runner(dask, len(waiting), workers) as run:
+    with _nothing_half_written(waiting), _runner(dask, len(waiting), workers) as run:
         done = len(orders) - len(waiting)
         for found in run(waiting, command):
             done += 1
@@ -258,6 +258,17 @@ def _runner(
             yield lambda orders, command: (_run_one(order, command, workers) for order in orders)
         else:
             yield lambda orders, command: _spread(here, orders, command)
+
+
+@contextmanager
+def _nothing_half_written(orders: Sequence[Order]) -> Iterator[None]:
+    """Clear up after workers that were ended by an interrupt: they had no time to do it."""
+    try:
+        yield
+    except BaseException:
+        for order in orders:
+            remove_unfinished(order.out)
+        raise
 
 
 def _spread(executor: Executor, orders: Sequence[Order], command: str) -> Iterator[LeftOut | None]:

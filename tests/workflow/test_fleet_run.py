@@ -8,6 +8,7 @@ import os
 import re
 import shutil
 import tempfile
+import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -295,6 +296,34 @@ def test_results_that_were_half_kept_are_nobodys(
     with ThreadPoolExecutor(1) as cluster:
         assert list(spread(cluster, [order], "hdprog fleet")) == [None]
     assert order.finished
+
+
+def _begin(order: fleet_run.Order, *_: object) -> None:
+    """A worker in the middle of writing."""
+    with atomic_directory(order.out, results_in(order.out)) as aside:
+        (aside / "report.html").write_text("half", "utf-8")
+        time.sleep(60.0)
+
+
+def test_an_interrupt_leaves_nothing_half_written(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Workers are ended without a word: their hidden folders stayed, against what was said."""
+    monkeypatch.setattr(fleet_run, "_run_one", _begin)
+    results = tmp_path / "out" / "drives"
+    results.joinpath("cell2").mkdir(parents=True)  # where files move in one by one
+
+    def interrupted(*_: object) -> None:
+        within = time.monotonic() + 30.0
+        while len(list(results.rglob("report.html"))) < 2 and time.monotonic() < within:
+            time.sleep(0.01)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(fleet_run, "as_completed", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        run_fleet(folder, tmp_path / "out", quick=True, explain=False, workers=2)
+    assert [path for path in results.rglob("*") if not path.is_dir()] == []
+    assert sorted(path.name for path in results.rglob("*")) == ["cell1", "cell2"]
 
 
 @pytest.mark.parametrize("on_cluster", [False, True])
