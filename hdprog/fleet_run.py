@@ -208,7 +208,8 @@ def _orders(
 def _require_any(usable: Sequence[Order], path: Path, left_out: Sequence[LeftOut]) -> None:
     if usable:
         return
-    reasons = " ".join(f"{one.name}: {one.reason}" for one in left_out)
+    # A sentence begins with a capital, a folder's name as it does.
+    reasons = " ".join(f"Left out: {one.name}: {one.reason}" for one in left_out)
     if any(one.reason.startswith(_OURS) for one in left_out):
         raise HdprogError(
             f"{path}: no drive was run to its end, for no fault of its files. {reasons}"
