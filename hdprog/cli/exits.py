@@ -11,6 +11,7 @@ import threading
 import traceback
 from collections.abc import Sequence
 from enum import IntEnum
+from types import FrameType
 from typing import Any
 
 import typer
@@ -60,9 +61,12 @@ class GuardedGroup(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; turn what goes wrong into words and an exit code."""
+        _received.clear()
         if threading.current_thread() is threading.main_thread():
             for sign in ending_signals():
                 signal.signal(sign, _end)
+            if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+                signal.signal(signal.SIGINT, _interrupt)
         try:
             outcome = super().invoke(ctx)
             sys.stdout.flush()
@@ -73,13 +77,10 @@ class GuardedGroup(TyperGroup):
             _discard_standard_output()
             raise typer.Exit(ExitCode.BROKEN_PIPE) from error
         except KeyboardInterrupt as error:
-            typer.echo(
-                "Interrupted: nothing half-written was left behind. Run the command again: a fleet "
-                "keeps the drives that are finished, anything else starts over.",
-                err=True,
-            )
-            raise typer.Exit(ExitCode.INTERRUPTED) from error
+            raise _interrupted() from error
         except Exception as error:
+            if _received:
+                raise _ended_by(_received[0]) from error
             if os.environ.get("HDPROG_DEBUG") == "1":
                 traceback.print_exc()
             code, words = explain_error(error)
@@ -142,9 +143,33 @@ def ending_signals() -> tuple[signal.Signals, ...]:
     return (signal.SIGTERM, closed)
 
 
+# Signals that told this command to end. What they raise may be lost: in the middle of a drawing,
+# Matplotlib's compiled part raises an error of its own in its place.
+_received: list[int] = []
+
+
 def _end(number: int, _frame: object) -> None:
     """End as after an interrupt: what was begun aside is removed, worker processes stop."""
+    _received.append(number)
     raise SystemExit(ExitCode(128 + number))
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    _received.append(number)
+    signal.default_int_handler(number, frame)
+
+
+def _interrupted() -> typer.Exit:
+    typer.echo(
+        "Interrupted: nothing half-written was left behind. Run the command again: a fleet "
+        "keeps the drives that are finished, anything else starts over.",
+        err=True,
+    )
+    return typer.Exit(ExitCode.INTERRUPTED)
+
+
+def _ended_by(number: int) -> typer.Exit:
+    return _interrupted() if number == signal.SIGINT else typer.Exit(ExitCode(128 + number))
 
 
 def _discard_standard_output() -> None:

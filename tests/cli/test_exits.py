@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from hdprog.errors import BadInputError, UsageError
-from tests.cli.conftest import Invoke, Workflow
+from tests.cli.conftest import Invoke, Workflow, put_module
 from tests.terminal import hear_it_close
 
 BAD_INPUT = BadInputError("no unit", "loop.csv, row 1", "a unit", "Set it with --columns.")
@@ -86,6 +86,29 @@ def test_interrupt_ends_with_130(invoke: Invoke, workflow: Workflow, tmp_path: P
     assert "Interrupted" in shown.stderr
     assert "a fleet keeps the drives that are finished" in shown.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("sent", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupt_that_a_library_turns_into_an_error_is_no_bug(
+    sent: signal.Signals, code: int, invoke: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One drawing in ten that was interrupted asked to have it reported."""
+
+    def drawing(*_: object, **__: object) -> None:
+        try:
+            signal.raise_signal(sent)
+        except BaseException:
+            raise ValueError("Invalid affine transformation matrix") from None
+
+    put_module(monkeypatch, "hdprog.workflow", run=drawing)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        shown = invoke("run", "drive")
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert shown.exit_code == code
+    assert "mistake" not in shown.stderr
+    assert ("Interrupted" in shown.stderr) == (sent == signal.SIGINT)
 
 
 def test_an_interrupt_of_the_imports_is_no_traceback() -> None:
