@@ -143,6 +143,8 @@ def test_what_did_not_converge_is_marked_wherever_its_numbers_are() -> None:
     found = Page(build_report(drives.not_converged()))
     assert found.headings[1][1].endswith("provisional")
     assert found.text.index("Not converged: the fit of test t03") < found.text.index("Warnings")
+    # A NO stood beside a good R-hat and ESS where the slip before the first sample was at fault.
+    assert "the worst of the eight parameters; whatever else is sampled" in found.text
     # Overview, figures, parameters, diagnostics and the heading of its panel.
     assert len(re.findall(r"t03(?:, \d+ h)? not converged", found.text)) == 5
     told = [picture["alt"] for picture in found.pictures]

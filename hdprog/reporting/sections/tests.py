@@ -195,7 +195,9 @@ def diagnostics(result: DriveResult) -> Table:
     columns = ("test", "converged", "largest R-hat", "smallest ESS", *named)
     caption = (
         "Diagnostics of each fit. Good: R-hat below 1.01 over independent ensembles, ESS of 1 000 "
-        "or more (400 in a quick run), at least 50 autocorrelation times long."
+        "or more (400 in a quick run), at least 50 autocorrelation times long. R-hat and ESS here "
+        "are the worst of the eight parameters; whatever else is sampled, the slip before the "
+        "first sample above all, must be as good."
     )
     return Table.flat(capital(caption), columns, rows)
 
