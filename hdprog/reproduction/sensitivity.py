@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from hdprog.physics.figures import ARCMIN_PER_RAD, local_stiffness
+from hdprog.physics.parameters import BY_NAME
 from hdprog.reproduction.results import BranchPair, Finding, Sweep
 from hdprog.reproduction.table2 import ALPHA, POST_TEST, TOP, as_draw, steady_loop
 
@@ -130,10 +131,19 @@ def _change(values: list[float]) -> float:
     return values[-1] / values[0] - 1
 
 
+def _written(value: float) -> str:
+    """Three digits, a large number with its thousands apart."""
+    short = float(f"{value:.3g}")
+    return f"{short:,.0f}".replace(",", " ") if short >= 1000.0 else f"{short:g}"
+
+
 def _said(sweep: Sweep) -> str:
     zero, largest, stiffness = _ends(sweep)
+    name = BY_NAME[sweep.parameter]
+    unit = "" if name.unit == "-" else f" {name.unit}"
+    first, last = (_written(value) for value in (sweep.values[0], sweep.values[-1]))
     return (
-        f"From {sweep.values[0]:.4g} to {sweep.values[-1]:.4g} the width at no load changes by "
+        f"From {name.symbol} = {first} to {last}{unit} the width at no load changes by "
         f"{100 * _change(zero):+.1f} %, the largest width by {100 * _change(largest):+.1f} % and "
         f"the secant stiffness at {TOP:.0f} Nm by {100 * _change(stiffness):+.2f} %."
     )

@@ -82,6 +82,14 @@ def test_the_published_errors_do_not_come_out() -> None:
     assert finding.outcome == "disagrees"
 
 
+def test_what_is_swept_is_named_with_its_unit() -> None:
+    """It was "From 6.898e+04 to 1.281e+05", of what was not said."""
+    said = [one.came_out for one in sensitivity.findings(sensitivity.sweeps())[2:]]
+    begins = ("μ = 0.0532 to 0.0988", "K_W = 69 000 to 128 000 Nm/rad", "K_F = 54 700 to 102 000")
+    for text, begin in zip(said, begins, strict=True):
+        assert text.startswith(f"From {begin}")
+
+
 def test_verdicts_can_fail(monkeypatch: pytest.MonkeyPatch) -> None:
     """With preloads in the wrong order the claim of Fig. 12 is found wrong."""
     right = {one.claim: one for one in sensitivity.findings(sensitivity.sweeps())}
