@@ -84,6 +84,8 @@ class TorquePath:
                 expected="a non-empty one-dimensional series of finite numbers in Nm",
                 advice="convert the values to numbers first",
             ) from error
+        if np.ma.is_masked(torque):  # what is masked is no reading
+            values = np.where(np.ma.getmaskarray(torque), np.nan, values)
         if values.ndim != 1 or values.size == 0 or not np.isfinite(values).all():
             raise BadInputError(
                 found=f"a torque history of shape {values.shape}"

@@ -179,6 +179,11 @@ def test_predict_refuses_missing_parameters_and_bad_torque() -> None:
         predict(np.array([0.0, 1.0]), {k: v for k, v in POST_TEST.items() if k != "K_W"})
     with pytest.raises(BadInputError, match="finite"):
         predict(np.array([0.0, np.nan]), POST_TEST)
+    # What lies below the mask was taken for a torque: a filled gap of a netCDF file is 1e20.
+    with pytest.raises(BadInputError, match="finite"):
+        predict(np.ma.masked_array([0.0, 1e20], [False, True]), POST_TEST)
+    open_mask = np.ma.masked_array([0.0, 1.0], [False, False])
+    assert np.isfinite(predict(open_mask, POST_TEST)).all()
 
 
 def test_shapes() -> None:
