@@ -167,7 +167,12 @@ def test_transforms_invert() -> None:
 
 @pytest.mark.parametrize(
     ("change", "word"),
-    [({"K_F": -1.0}, "support"), ({"mu": 0.7}, "support"), ({"c": 0.5}, "support")],
+    [
+        ({"K_F": -1.0}, "support"),
+        ({"mu": 0.7}, "support"),
+        ({"c": 0.5}, "support"),
+        ({"a": math.inf}, "a finite"),  # its angles were NaN
+    ],
 )
 def test_predict_refuses_what_is_outside_the_support(change: dict[str, float], word: str) -> None:
     with pytest.raises(BadInputError, match=word):
