@@ -132,5 +132,6 @@ class _Reader:
                 stdout=subprocess.PIPE,
                 text=True,
                 encoding="utf-8",
+                start_new_session=True,  # Ctrl-C reaches the server, which then ends its readers
             )
         return self._process

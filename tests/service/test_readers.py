@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import gzip
+import os
+import sys
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -32,6 +34,13 @@ def test_a_record_is_read_and_drawn(readers: Readers) -> None:
     assert found.quality["cycles"] == pytest.approx(3.0, abs=0.05)
     assert found.lines[0].startswith("mine.csv: usable: 900 samples")
     assert found.picture.startswith("<svg")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no process groups")
+def test_an_interrupt_from_the_keyboard_is_not_for_readers(readers: Readers) -> None:
+    """It goes to the terminal's group: whoever ended a server with it saw their tracebacks."""
+    process = readers._all[0]._running()
+    assert os.getpgid(process.pid) == process.pid != os.getpgrp()
 
 
 def test_what_is_wrong_is_said_as_check_says_it(readers: Readers, tmp_path: Path) -> None:
