@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
 
@@ -10,6 +11,7 @@ import numpy as np
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.explanation import spoken_effect
+from hdprog.inference.diagnostics import Diagnostics
 from hdprog.inference.effect_starts import effect_starts, require, search_widely
 from hdprog.inference.effective_blocks import effective_degrees
 from hdprog.inference.least_squares import kept_to_readings
@@ -153,13 +155,7 @@ def sample_posterior(
             "that repeats is not in them."
         )
     if not converged:
-        warnings.insert(
-            0,
-            f"This fit did not converge within {sampling['steps']:.0f} steps (largest R-hat "
-            f"{diagnostics.rhat.max():.3f}, fewest effective draws "
-            f"{min(diagnostics.ess_bulk.min(), diagnostics.ess_tail.min()):.0f}): its numbers "
-            "are not to be relied on.",
-        )
+        warnings.insert(0, _not_converged(sampling, diagnostics))
     if likelihood.effects or likelihood.noise.term is not None:
         warnings.append(_figures_leave_out(likelihood))
     if drawn is not None and not drawn.exact:
@@ -217,6 +213,16 @@ def _within_blocks(
     residual = likelihood.residual(start.point[None, :])[0]
     degrees = likelihood.block_degrees - likelihood.size
     return found if found.agrees(float(residual @ residual), degrees) else None
+
+
+def _not_converged(sampling: Mapping[str, float], diagnostics: Diagnostics) -> str:
+    fewest = min(diagnostics.ess_bulk.min(), diagnostics.ess_tail.min())
+    lost = ", but a mode that the search found is missing from the draws"
+    return (
+        f"This fit did not converge within {sampling['steps']:.0f} steps (largest R-hat "
+        f"{diagnostics.rhat.max():.3f}, fewest effective draws {fewest:.0f}"
+        f"{lost if 'lost_mode' in sampling else ''}): its numbers are not to be relied on."
+    )
 
 
 _SPOKEN = {"branch": "torque in each direction", "order": "the order of the readings"}

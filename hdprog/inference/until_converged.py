@@ -213,6 +213,8 @@ def sample_until_converged(
         "acceptance": accepted,
         "evaluations": float(steps_done * ensembles * walkers),
     }
+    if lost is not None:
+        sampling["lost_mode"] = 1.0
     return chains, diagnostics, sampling, converged
 
 

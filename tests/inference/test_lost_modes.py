@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from hdprog.inference import fit_loop, until_converged
 from hdprog.inference.lost_modes import lost_modes
 from hdprog.inference.mixture_proposal import fit_mixture
 from hdprog.inference.sampler import EnsembleState, fresh_random_state
@@ -107,3 +108,27 @@ def test_a_run_that_has_lost_nothing_is_left_as_it_is() -> None:
         runs.append((chains, rng.integers(1 << 30)))
     np.testing.assert_array_equal(runs[0][0], runs[1][0])
     assert runs[0][1] == runs[1][1]
+
+
+def test_a_run_that_cannot_find_its_mode_again_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its R-hat and effective draws are good: the words must name what is amiss."""
+    target, rng = TwoGaussians(), np.random.default_rng(6)
+    missing = drawn((0, 400), rng)
+    monkeypatch.setattr(until_converged, "lost_modes", lambda *_: missing)
+    states = [EnsembleState(drawn((96, 0), rng).reshape(4, 24, SIZE), fresh_random_state(rng))]
+    plan = SamplingPlan(
+        required_ess=100.0,
+        lengths=5.0,
+        warm_up_steps=(40, 20, 20),
+        components=(2, 2, 2),
+        most_steps=100,
+        further_steps=0,
+    )
+    _, diagnostics, sampling, converged = sample_until_converged(
+        target, states, plan, rng, None, None, target.modes
+    )
+    assert not converged
+    said = fit_loop._not_converged(sampling, diagnostics)
+    assert "but a mode that the search found is missing from the draws)" in said
+    del sampling["lost_mode"]
+    assert "a mode" not in fit_loop._not_converged(sampling, diagnostics)

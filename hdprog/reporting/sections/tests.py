@@ -39,6 +39,7 @@ _SAMPLING = {
     "autocorrelation_time": "autocorrelation time",
     "acceptance": "acceptance",
     "evaluations": "model evaluations",
+    "lost_mode": "modes lost",
     "pareto_k": "Pareto k of effects integrated out to first order",
     "weighted_draws_effective": "effective draws by their weights",
 }
