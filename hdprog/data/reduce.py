@@ -21,10 +21,13 @@ from hdprog.physics.torque_path import TorquePath
 
 MAX_BLOCKS = 300
 MOST_BLOCKS = 600
-"""Blocks that a record of many readings has at most."""
+"""Blocks that a record of many readings has at most, but where it holds several cycles."""
 _LEAST_BLOCKS = 400
+_READINGS_TO_THEM = 3000  # beyond, blocks grow with the cube root of readings, to twice as many
 _LEAST_A_STRETCH = 14
 _BLOCKS_A_STRETCH = 75  # a stretch has its own corners to resolve
+_BLOCKS_A_SPAN = 130  # for each time that torque crosses its range: one cycle has the least then
+_MOST_OF_CYCLES = 1200
 FINE = 24
 """Points of a block along which a model's bend inside it is averaged."""
 _TELLING = 20  # readings from which the rate of a ramp is known
@@ -177,9 +180,21 @@ def fewest_blocks(turning_points: NDArray[np.intp]) -> int:
     return min(max(MAX_BLOCKS, _LEAST_A_STRETCH * (turning_points.size - 1)), MOST_BLOCKS)
 
 
-def enough_blocks(turning_points: NDArray[np.intp]) -> int:
-    """Blocks that give the posterior of the readings, for a record that turns at these indices."""
-    return min(max(_LEAST_BLOCKS, _BLOCKS_A_STRETCH * (turning_points.size - 1)), MOST_BLOCKS)
+def enough_blocks(torque: FloatArray, turning_points: NDArray[np.intp]) -> int:
+    """Blocks that give the posterior of the readings, for a record that turns at these indices.
+
+    The more readings or cycles, the narrower the posterior, beside which what blocks hide counts.
+
+    Parameters
+    ----------
+    torque : (samples,) in Nm
+    turning_points : indices of first reading, reversals and last reading
+    """
+    spans = np.abs(np.diff(torque[turning_points])).sum() / np.ptp(torque)
+    of_readings = _LEAST_BLOCKS * min(max(1.0, torque.size / _READINGS_TO_THEM) ** (1 / 3), 2.0)
+    of_stretches = min(_BLOCKS_A_STRETCH * (turning_points.size - 1), MOST_BLOCKS)
+    of_spans = min(_BLOCKS_A_SPAN * float(spans), _MOST_OF_CYCLES)
+    return round(max(of_readings, of_stretches, of_spans))
 
 
 def reduce_loop(

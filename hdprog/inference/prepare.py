@@ -119,7 +119,7 @@ def prepare(
     starts = starting_points(likelihood, rng)
     out = wrong | _spikes(likelihood, starts[0], sound, points, whole, noise)
     described = _misfit(likelihood, starts[0]) < _DESCRIBED
-    blocks = enough_blocks(points) if described else blocks
+    blocks = enough_blocks(sound.torque, points) if described else blocks
     averaged = reduced.path.variance is not None
     wanted = detail(likelihood, starts[0]) if described and averaged else None
     for attempt in range(_ATTEMPTS):

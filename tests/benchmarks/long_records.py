@@ -2,11 +2,10 @@
 
 Records of `tests.independent.loops`, which shares no code with hdprog, are fitted twice: reduced
 to blocks, as always, and reading by reading. The draws of the reduced posterior are weighted with
-what the likelihood of the readings says of them beyond that of the blocks. (The slip of single
-readings would follow the largest of many noisy torques: the readings are first moved along the
-loop's slope onto a torque that is smooth within each stretch.) The same draws give
-both posteriors then, so that their difference holds no Monte-Carlo error; where the weights are
-too unequal for that (Pareto k above 0.7), the result says so.
+what the likelihood of the readings says of them beyond that of the blocks: the one that a fit
+which keeps every reading has, at the torques that were read. The same draws give both posteriors
+then, so that their difference holds no Monte-Carlo error; where the weights are too unequal for
+that (Pareto k above 0.7), the result says so.
 
 Written to tests/benchmarks/results/long_records.json, by kind of record: the largest and the
 root-mean-square shift of a mean over coordinates and figures, in posterior standard deviations,
@@ -135,12 +134,10 @@ def likelihood_of_readings(posterior: Posterior, rng: np.random.Generator) -> Lo
             smooth[start:end] = savgol_filter(smooth[start:end], window, 1)
     whole = whole_course(readings, points, noise[0])
     path = replace(whole.path, torque=smooth)
-    course = replace(whole, path=path)
-    draw = posterior.best[None, :]
-    slope = local_slope(smooth, posterior.likelihood.at_course(course).angle(draw)[0])
+    # The noise of single torques would drown their differences, which the slope is taken from.
+    along = posterior.likelihood.at_course(replace(whole, path=path))
+    slope = local_slope(smooth, along.angle(posterior.best[None, :])[0])
     reduced = reduce_loop(readings, points, noise[0], max_blocks=len(readings), whole=whole)
-    moved = readings.angle - slope * (readings.torque - smooth)
-    reduced = replace(reduced, angle=moved, course=replace(reduced.course, path=path))
     white = NoiseModel.white(reading_sd(slope, *noise))
     likelihood = replace(posterior.likelihood, reduced=reduced, noise=white)
     return settle_noise(likelihood, [describe(likelihood, posterior.best)], rng)[0]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hdprog.data.loop import Loop
-from hdprog.data.reduce import ReducedLoop, reduce_loop
+from hdprog.data.reduce import ReducedLoop, enough_blocks, reduce_loop
 from hdprog.data.turning_points import turning_points
 from tests.data.samples import FloatArray, ramps
 
@@ -69,6 +69,23 @@ def test_the_number_of_blocks_is_bounded(record: Record) -> None:
 def test_the_aim_is_met_whatever_it_is(record: Record, aim: int) -> None:
     blocks = reduce_loop(record.loop, record.points, NOISE, max_blocks=aim).angle.size
     assert 0.8 * aim <= blocks <= 1.1 * aim
+
+
+def wanted(*corners: float, samples: int = 100) -> int:
+    torque = ramps(*corners, samples=samples)
+    return enough_blocks(torque, turning_points(torque))
+
+
+def test_cycles_and_readings_have_blocks_of_their_own_up_to_a_bound() -> None:
+    cycle = (0, 40, -40, 40, 0)
+    assert wanted(*cycle) == wanted(*cycle, samples=700) == 400
+    assert wanted(*cycle, *cycle[1:], *cycle[1:]) == pytest.approx(1170, abs=10)
+    assert wanted(*cycle, *(cycle[1:] * 9)) == wanted(*cycle, *(cycle[1:] * 4)) == 1200
+    # A one-sided record crosses its whole range with each ramp.
+    assert wanted(0, 40, 0, 40, 0, 40, 0, 40, 0) == 1040
+    assert 400 < wanted(*cycle, samples=1500) < wanted(*cycle, samples=8_000) == 800
+    # Small loops travel little, yet each has its corners.
+    assert wanted(0, 40, -40, 40, 38, 40, 38, 40, 38, 40, 38, 40) == 600
 
 
 def test_no_block_crosses_a_reversal(record: Record) -> None:
