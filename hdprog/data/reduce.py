@@ -193,7 +193,8 @@ def enough_blocks(torque: FloatArray, turning_points: NDArray[np.intp]) -> int:
     spans = np.abs(np.diff(torque[turning_points])).sum() / np.ptp(torque)
     of_readings = _LEAST_BLOCKS * min(max(1.0, torque.size / _READINGS_TO_THEM) ** (1 / 3), 2.0)
     of_stretches = min(_BLOCKS_A_STRETCH * (turning_points.size - 1), MOST_BLOCKS)
-    of_spans = min(_BLOCKS_A_SPAN * float(spans), _MOST_OF_CYCLES)
+    # Blocks of one or two readings hide little, and as many as readings would spare nothing.
+    of_spans = min(_BLOCKS_A_SPAN * float(spans), torque.size / 2, _MOST_OF_CYCLES)
     return round(max(of_readings, of_stretches, of_spans))
 
 
