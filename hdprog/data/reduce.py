@@ -121,24 +121,22 @@ def _reversal_torques(
 def _corner(near: FloatArray, noise: float) -> float:
     """Torque of a sharp corner that fell between two readings, where the ramps' lines meet.
 
-    A rounded corner, or one with a hold, lies inside those lines: there the reading stands.
+    A rounded corner, or one with a hold, has no such lines: there the reading stands.
 
     Parameters
     ----------
-    near : (7,) readings about the extreme one, which is in the middle
+    near : (7,) readings about the last one before the reversal, which is in the middle
     noise : standard deviation of a reading in Nm
     """
-    at = np.arange(-3.0, 4.0)
-    slope_before, level_before = np.polyfit(at[:3], near[:3], 1)
-    slope_after, level_after = np.polyfit(at[4:], near[4:], 1)
-    sign = 1.0 if slope_before > slope_after else -1.0
-    ahead = min(sign * level_before, sign * level_after)
+    slope_before, level_before = np.polyfit([-2.0, -1.0, 0.0], near[1:4], 1)
+    slope_after, level_after = np.polyfit([1.0, 2.0, 3.0], near[4:], 1)
     step = max(abs(slope_before), abs(slope_after))
-    rounded = abs(sign * near[3] - ahead) > 4 * noise + 0.1 * step
-    if rounded or slope_before * slope_after >= 0:
+    # A rounded corner bends towards the reversal on both sides; ramps that are uneven, at random.
+    bend = np.sign(slope_after) * (np.diff(near[1:4], 2)[0] + np.diff(near[4:], 2)[0]) / 2
+    if bend > 4 * noise + 0.2 * step or slope_before * slope_after >= 0:
         return float(near[3])
     meeting = (level_after - level_before) / (slope_before - slope_after)
-    return float(level_before + slope_before * np.clip(meeting, -0.6, 0.6))
+    return float(level_before + slope_before * np.clip(meeting, 0.0, 1.0))
 
 
 def _block_starts(
@@ -195,7 +193,7 @@ def enough_blocks(torque: FloatArray, turning_points: NDArray[np.intp]) -> int:
     of_stretches = min(_BLOCKS_A_STRETCH * (turning_points.size - 1), MOST_BLOCKS)
     # Blocks of one or two readings hide little, and as many as readings would spare nothing.
     of_spans = min(_BLOCKS_A_SPAN * float(spans), torque.size / 2, _MOST_OF_CYCLES)
-    return round(max(of_readings, of_stretches, of_spans))
+    return round(float(max(of_readings, of_stretches, of_spans)))
 
 
 def reduce_loop(

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdprog.data.noise_level import channel_noise
+from hdprog.data.reversal_sides import last_before_reversal
 
 __all__ = ["smallest_swing", "turning_points"]
 
@@ -20,7 +21,11 @@ def smallest_swing(torque: NDArray[np.float64], time: NDArray[np.float64] | None
     Eight standard deviations of the torque's noise (quantisation included) and at least 1 % of
     the torque's span. Times of the samples, where known, tell uneven sampling from noise.
     """
-    return max(_NOISE_SDS * channel_noise(torque, time), _SHARE_OF_SPAN * float(np.ptp(torque)))
+    return _swing(torque, channel_noise(torque, time))
+
+
+def _swing(torque: NDArray[np.float64], noise: float) -> float:
+    return max(_NOISE_SDS * noise, _SHARE_OF_SPAN * float(np.ptp(torque)))
 
 
 def turning_points(
@@ -42,21 +47,22 @@ def turning_points(
     Returns
     -------
     ndarray of int, shape (k,)
-        Increasing indices: the first sample, each extreme, the last sample. Between two extremes
-        the torque changes by at least `min_swing`; where branches are longer than 80 samples, its
-        mean over some neighbours does (at most 25 on either side). Holds and isolated spikes add
-        none; after a hold at the same torque the extreme is its last sample.
+        Increasing indices: the first sample, the last before each reversal, the last sample.
+        Between two of them the torque changes by at least `min_swing`; where branches are longer
+        than 80 samples, its mean over some neighbours does (at most 25 on either side). Holds and
+        isolated spikes add none; a hold belongs to what went before it.
     """
     torque = np.asarray(torque, dtype=np.float64)
     last = torque.size - 1
     if last < 1:
         return np.zeros(min(torque.size, 1), dtype=np.intp)
-    swing = smallest_swing(torque, time) if min_swing is None else float(min_swing)
+    noise = channel_noise(torque, time)
+    swing = _swing(torque, noise) if min_swing is None else float(min_swing)
     clean = _without_spikes(torque, swing)
     half = _half_window(clean)
     means = _moving_mean(clean, half)
     extremes = _sharpened(clean, means, _extremes(means, swing), half)
-    inner = extremes[(extremes > 0) & (extremes < last)]
+    inner = last_before_reversal(clean, extremes[(extremes > 0) & (extremes < last)], noise)
     return np.concatenate(([0], inner, [last])).astype(np.intp)
 
 

