@@ -400,7 +400,7 @@ def _content(
     command: str,
 ) -> dict[str, Any]:
     """Content of fleet.json: the drives worst first, and what was left out."""
-    from hdprog.reporting.fleet_index import fleet_drive
+    from hdprog.reporting.fleet_index import fleet_drive, shared_ids
 
     drives = []
     for order in orders:
@@ -419,6 +419,7 @@ def _content(
         "command": command,
         "seed": seed,
         "quick": quick,
+        "warnings": shared_ids(drives),
         "drives": drives,
         "left_out": [{"folder": one.name, "reason": one.reason} for one in left_out],
     }

@@ -84,7 +84,8 @@ class OutlookUnderWay:
         summary = trend.summary(self.drive, self.operation, rng, early)
         if summary.fleet is not None and self.others is not None:
             fleet = replace(summary.fleet, left_out=self.others.left_out)
-            summary = replace(summary, fleet=fleet)
+            said = (*summary.warnings, *self.others.doubts)
+            summary = replace(summary, fleet=fleet, warnings=said)
         return Outlook(summary, forecasts, scenarios)
 
     def forecasts(self) -> tuple[Forecast, ...]:

@@ -265,12 +265,15 @@ def run(
     loads, seed = _checked_loads(loads), checked_seed(seed)
     folder = read_drive_folder(as_path(path, "path", "a drive folder's path"))
     wear_prior, others = read_wear_prior(), None
-    if fleet is not None:
-        others = read_finished_runs(
-            Path(fleet), own_id=folder.drive.id, wear_prior=wear_prior.identity
-        )
     require_horizon(folder.drive, folder.tests)
     loops = [read_test_loop(folder, test) for test in folder.tests]
+    if fleet is not None:
+        others = read_finished_runs(
+            Path(fleet),
+            own_id=folder.drive.id,
+            wear_prior=wear_prior.identity,
+            own_records=files_of(folder, loops).values(),
+        )
     seconds: dict[str, float] = {}
     started = time.perf_counter()
     hold_blas_to_one_thread()

@@ -62,6 +62,8 @@ def fleet(
             command=command_line(ctx),
             progress=report,
         )
+    for warning in found.content["warnings"]:
+        typer.echo(f"Warning: {keyboard_signs(warning)}", err=True)
     if as_json:
         print_json(found.content)
     else:

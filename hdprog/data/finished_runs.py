@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -45,6 +46,7 @@ class FinishedRun:
     wear_prior : identity of the wear prior whose deviates z these are
     said : by its tests, of z
     steady : if the drive's pace is steady; None where the run did not keep it
+    records : SHA-256 of the records of its tests
     """
 
     drive_id: str
@@ -54,6 +56,7 @@ class FinishedRun:
     wear_prior: str
     said: KeptSaid
     steady: KeptIfSteady | None
+    records: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -64,13 +67,17 @@ class FinishedRuns:
     ----------
     runs : of other drives
     left_out : in words
+    doubts : on runs that were left out because their drive's id is another drive's, too
     """
 
     runs: tuple[FinishedRun, ...]
     left_out: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
 
 
-def read_finished_runs(folder: Path, *, own_id: str, wear_prior: str) -> FinishedRuns:
+def read_finished_runs(
+    folder: Path, *, own_id: str, wear_prior: str, own_records: Collection[str] = ()
+) -> FinishedRuns:
     """Finished runs of other drives below a folder.
 
     Parameters
@@ -78,6 +85,7 @@ def read_finished_runs(folder: Path, *, own_id: str, wear_prior: str) -> Finishe
     folder : searched with all below it for summary.json, links followed
     own_id : of the drive that wants to learn; its own runs do not count
     wear_prior : identity of the wear prior in use; runs under another one do not compare
+    own_records : SHA-256 of the records of the drive that wants to learn
 
     Raises
     ------
@@ -91,15 +99,20 @@ def read_finished_runs(folder: Path, *, own_id: str, wear_prior: str) -> Finishe
             expected="a folder with finished runs of other drives below it",
             advice="Give the folder that `hdprog run --out` of the other drives wrote into.",
         )
-    newest: dict[str, FinishedRun] = {}
-    left_out = []
+    by_drive: dict[str, list[FinishedRun]] = {}
+    left_out, doubts = [], []
     for path in (place / SUMMARY for place in folders_with(SUMMARY, folder)):
         try:
             found = _read(path)
         except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
             left_out.append(f"{path}: not a summary of a finished run ({error})")
             continue
-        if found is None or found.drive_id == own_id:
+        if found is None:
+            continue
+        if found.drive_id == own_id:
+            if _of_another(found.records, own_records):
+                left_out.append(f"{path}: {_SAME_ID}")
+                doubts.append(_same_id(found, "the drive that is run here"))
             continue
         if not found.converged:
             left_out.append(f"{path}: its trend did not converge; see its report")
@@ -107,11 +120,15 @@ def read_finished_runs(folder: Path, *, own_id: str, wear_prior: str) -> Finishe
         if found.wear_prior != wear_prior:
             left_out.append(f"{path}: made with another wear prior; run the drive again")
             continue
-        known = newest.get(found.drive_id)
-        if known is None or known.created < found.created:
-            newest[found.drive_id] = found
+        by_drive.setdefault(found.drive_id, []).append(found)
+    newest = {name: max(runs, key=lambda run: run.created) for name, runs in by_drive.items()}
+    for name, runs in by_drive.items():
+        for run in runs:
+            if _of_another(run.records, newest[name].records):
+                left_out.append(f"{run.path}: {_SAME_ID}")
+                doubts.append(_same_id(run, f"that of {newest[name].path}, which counts"))
     if not newest:
-        said = " ".join(left_out)
+        said = "; ".join([*left_out, *(doubt.rstrip(".") for doubt in doubts)])
         raise BadInputError(
             found=f"no finished run of another drive below {folder}"
             + (f": {said}" if said else ""),
@@ -120,7 +137,24 @@ def read_finished_runs(folder: Path, *, own_id: str, wear_prior: str) -> Finishe
             "with a converged trend",
             advice="Run the other drives first, with --out below that folder.",
         )
-    return FinishedRuns(tuple(newest[name] for name in sorted(newest)), tuple(left_out))
+    runs_in_order = tuple(newest[name] for name in sorted(newest))
+    return FinishedRuns(runs_in_order, tuple(left_out), tuple(doubts))
+
+
+_SAME_ID = "the id of its drive is another drive's, too"
+
+
+def _of_another(records: Collection[str], known: Collection[str]) -> bool:
+    """Whether two runs under one id have no record in common, as two runs of a drive have."""
+    return bool(records) and bool(known) and set(known).isdisjoint(records)
+
+
+def _same_id(run: FinishedRun, other: str) -> str:
+    return (
+        f'The drive of {run.path} has the id "{run.drive_id}", as has {other}, and they have no '
+        "record in common: nothing was learnt from the former. If these are two drives, give each "
+        "an id of its own in drive.toml (a copied folder keeps the old one) and run them again."
+    )
 
 
 def _read(path: Path) -> FinishedRun | None:
@@ -142,6 +176,7 @@ def _read(path: Path) -> FinishedRun | None:
         str(says["wear_prior"]),
         _said(says, len(says["deviates"])),
         _if_steady(says),
+        frozenset(map(str, content["provenance"].get("files_sha256", {}).values())),
     )
 
 

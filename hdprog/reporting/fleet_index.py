@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -12,7 +12,7 @@ from hdprog.reporting.fleet_words import first_forecast, fleet_entry
 from hdprog.reporting.forecast_words import inspect_words
 from hdprog.reporting.rounding import hours, percent_beside
 from hdprog.reporting.sparkline import sparkline
-from hdprog.reporting.words import agree, counted
+from hdprog.reporting.words import agree, counted, listed
 
 _STATES = {
     "act": ("needs action now", "need action now"),
@@ -73,6 +73,21 @@ def fleet_drive(
     }
 
 
+def shared_ids(drives: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Say of which drives of a fleet.json the id is another one's, too: copied folders mostly."""
+    folders: dict[str, list[str]] = {}
+    for drive in drives:
+        folders.setdefault(drive["id"], []).append(drive["folder"])
+    return [
+        f'The drives in {listed(sorted(found))} have the same id, "{name}", and are listed one by '
+        "one. If they are different drives, give each an id of its own in drive.toml (a copied "
+        "folder keeps the old one); if not, keep one folder. Until then `hdprog run --fleet` "
+        "learns from one of them only."
+        for name, found in folders.items()
+        if len(found) > 1
+    ]
+
+
 def headline(content: Mapping[str, Any]) -> str:
     """How many drives need what, in plain words."""
     drives = content["drives"]
@@ -108,6 +123,7 @@ def build_fleet_index(content: Mapping[str, Any]) -> str:
             title=f"Fleet {content['fleet']} – hdprog",
             fleet=content,
             headline=headline(content),
+            warnings=content.get("warnings", []),
             rows=[_row(drive) for drive in content["drives"]],
         )
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,13 @@ KEPT = {"precision": [[4.0, 0.0], [0.0, 1.0]], "information": [2.0, 0.5]}
 
 
 def reading(
-    folder: Path, steady: dict[str, Any] | None, *, drive: str = "other", converged: bool = True
+    folder: Path,
+    steady: dict[str, Any] | None,
+    *,
+    drive: str = "other",
+    converged: bool = True,
+    year: int = 2026,
+    records: Sequence[str] = (),
 ) -> FinishedRuns:
     says = {"wear_prior": "one", "deviates": ["wear_rate", "volatility"], **KEPT}
     if steady is not None:
@@ -23,7 +30,10 @@ def reading(
     content = {
         "schema": "hdprog.summary/1",
         "drive": {"id": drive},
-        "provenance": {"created": "2026-01-01T00:00:00+00:00"},
+        "provenance": {
+            "created": f"{year}-01-01T00:00:00+00:00",
+            "files_sha256": {f"loops/{sha}.csv": sha for sha in records},
+        },
         "trend": {"converged": converged, "says": says},
     }
     (folder / "summary.json").write_text(json.dumps(content), "utf-8")
@@ -76,3 +86,26 @@ def test_a_run_whose_trend_did_not_converge_is_left_out_with_words(tmp_path: Pat
     (left,) = found.left_out
     assert left.startswith(str(tmp_path / "doubtful"))
     assert "did not converge" in left
+
+
+def test_two_drives_of_one_id_are_told(tmp_path: Path) -> None:
+    """Of a copied folder whose id was kept only the newer counted, without a word."""
+    for name in ("a", "b", "again", "mine"):
+        (tmp_path / name).mkdir()
+    reading(tmp_path / "a", None, year=2024, records=("r1", "r2"))
+    reading(tmp_path / "again", None, year=2025, records=("r3",))
+    reading(tmp_path / "b", None, records=("r3", "r4"))  # the newer run of that drive
+    with pytest.raises(BadInputError, match="no finished run"):
+        reading(tmp_path / "mine", None, drive="own", records=("r5",))
+
+    def found(*own: str) -> FinishedRuns:
+        return read_finished_runs(tmp_path, own_id="own", wear_prior="one", own_records=own)
+
+    known = found("r5", "r6")
+    assert [run.path.parent.name for run in known.runs] == ["b"]
+    (doubt,) = known.doubts
+    assert f'{tmp_path / "a" / "summary.json"} has the id "other", as has that of' in doubt
+    assert "give each an id of its own in drive.toml" in doubt
+    assert [left.partition(":")[0] for left in known.left_out] == [str(tmp_path / "a/summary.json")]
+    mine, _ = found("r7").doubts
+    assert 'mine/summary.json has the id "own", as has the drive that is run here' in mine

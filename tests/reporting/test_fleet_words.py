@@ -6,14 +6,14 @@ from dataclasses import asdict
 
 import pytest
 
-from hdprog.reporting.fleet_index import fleet_drive
+from hdprog.reporting.fleet_index import build_fleet_index, fleet_drive, shared_ids
 from hdprog.reporting.fleet_words import fleet_entry
 from hdprog.reporting.sparkline import sparkline
 from hdprog.reporting.summary import summary_json
 from hdprog.reporting.words import tidy
 from hdprog.results import DriveResult
 from tests.reporting import drives
-from tests.reporting.page import spaced
+from tests.reporting.page import Page, spaced
 
 
 def in_all_situations() -> list[DriveResult]:
@@ -121,3 +121,25 @@ def test_the_words_of_the_small_picture_have_no_powers_of_ten() -> None:
     assert title == (
         "secant stiffness at 14 Nm: 31 000 to 20 800 Nm/rad over 2 tests, limit 12 000"
     )
+
+
+def test_folders_whose_drives_have_one_id_are_told() -> None:
+    """Both stood in the list without a word, and a fleet learnt from the newer only."""
+    summary = summary_json(drives.healthy())
+    listed = [fleet_drive(folder, f"drives/{folder}", summary) for folder in ("b", "a")]
+    assert shared_ids(listed[:1]) == []
+    (told,) = shared_ids(listed)
+    assert told.startswith(f'The drives in a and b have the same id, "{summary["drive"]["id"]}"')
+    content = {
+        "fleet": "cell3",
+        "created": "2026-03-02T05:58:00+00:00",
+        "quick": False,
+        "seed": 0,
+        "command": "hdprog fleet cell3",
+        "hdprog_version": "0.1.0",
+        "warnings": [told],
+        "drives": listed,
+        "left_out": [],
+    }
+    assert told in Page(build_fleet_index(content)).text
+    assert "Warnings" not in Page(build_fleet_index(content | {"warnings": []})).text

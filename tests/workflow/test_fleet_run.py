@@ -75,6 +75,7 @@ def test_drives_are_listed_worst_first_and_kept(
     assert content["schema"] == "hdprog.fleet/1"
     assert [drive["folder"] for drive in content["drives"]] == ["cell1/worn", "cell2"]
     assert [one["folder"] for one in content["left_out"]] == ["broken"]
+    assert content["warnings"] == []
     assert "TOML" in content["left_out"][0]["reason"]
     worst = content["drives"][0]
     assert worst["status"] == "act"
