@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,6 +24,7 @@ from hdprog.cli.options import (
 from hdprog.errors import UsageError
 
 if TYPE_CHECKING:
+    from hdprog.config import Drive
     from hdprog.data.check import CheckReport
 
 
@@ -63,7 +65,7 @@ def check(
 
 
 def _as_a_run_would(report: CheckReport, drive_file: Path | None) -> CheckReport:
-    """Add what a run refuses beside the files: prior, limits and horizon of the drive."""
+    """Add what a run refuses or doubts beside the files: prior, limits and horizon of the drive."""
     place = report.path if report.kind == "drive" else drive_file
     if place is None:
         return report
@@ -98,6 +100,8 @@ def _as_a_run_would(report: CheckReport, drive_file: Path | None) -> CheckReport
     ratio = ratio_doubt(drive.model, drive.ratio)
     if ratio is not None:
         warnings.append(ratio)
+    if not problems:
+        warnings += _limits_far_off(drive, report)
     return replace(
         report,
         lines=(
@@ -108,3 +112,22 @@ def _as_a_run_would(report: CheckReport, drive_file: Path | None) -> CheckReport
         problems=(*report.problems, *problems),
         warnings=(*report.warnings, *warnings),
     )
+
+
+def _limits_far_off(drive: Drive, report: CheckReport) -> list[str]:
+    """Say which limits lie nowhere near what the drive can have, and which beyond its records."""
+    from hdprog.inference.expected_figures import expected_figures
+    from hdprog.inference.priors import RecordScales
+    from hdprog.reporting.declared_words import limits_beyond
+    from hdprog.reporting.far_limits import far_from_prior
+    from hdprog.reporting.reader_units import shown_in
+    from hdprog.reporting.words import keyboard_signs
+
+    loops = [loop for _, loop in report.loops if 0.0 < loop.secant_stiffness < math.inf]
+    if not loops or not drive.limits:
+        return []
+    torques = [max(abs(loop.torque_min), abs(loop.torque_max)) for loop in loops]
+    expected = expected_figures(drive, RecordScales(loops[0].secant_stiffness, torques[0]))
+    with shown_in(drive.report):
+        said = [*far_from_prior(drive.limits, expected), *limits_beyond(drive, max(torques))]
+    return [keyboard_signs(text) for text in said]

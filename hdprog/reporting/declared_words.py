@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from hdprog.config import Drive
 from hdprog.inference.catalogue import ratio_doubt
 from hdprog.physics.figures import LOST_MOTION_SHARE
 from hdprog.reporting import outlook
+from hdprog.reporting.far_limits import far_limits
 from hdprog.reporting.rounding import hours
 from hdprog.reporting.words import capital, quantity, torque_words
 from hdprog.results import DriveResult
@@ -15,19 +17,25 @@ _REACHED = 1.05  # times the largest torque of the tests: up to there nothing is
 
 
 def declared_words(result: DriveResult) -> list[str]:
-    """Sentences on another ratio than the model's, limits beyond the torque, a late shutdown."""
+    """Sentences on limits far off, another ratio than the model's, too high torques, shutdowns."""
     ratio = ratio_doubt(result.drive.model, result.drive.ratio)
-    return [*([ratio] if ratio else []), *_limits_beyond(result), *_shutdown(result)]
+    said = [*far_limits(result), *([ratio] if ratio else [])]
+    return [*said, *_beyond(result), *_shutdown(result)]
 
 
-def _limits_beyond(result: DriveResult) -> list[str]:
+def _beyond(result: DriveResult) -> list[str]:
     largest = max(float(np.abs(test.loop.torque).max()) for test in result.tests)
+    return limits_beyond(result.drive, largest)
+
+
+def limits_beyond(drive: Drive, largest: float) -> list[str]:
+    """Sentences on limits that are read at more torque than the largest of the records [Nm]."""
     said = []
-    for limit in result.drive.limits:
+    for limit in drive.limits:
         at, place = limit.at_torque_Nm, ""
         advice = "set the limit at a torque that the tests reach"
-        if limit.quantity == "lost_motion_arcmin" and result.drive.rated_torque is not None:
-            at = LOST_MOTION_SHARE * result.drive.rated_torque
+        if limit.quantity == "lost_motion_arcmin" and drive.rated_torque is not None:
+            at = LOST_MOTION_SHARE * drive.rated_torque
             place = f" and is read at ±{torque_words(at)}"
             advice = "check that its torque is the output's, in the unit that is given"
         if at is not None and at > _REACHED * largest:

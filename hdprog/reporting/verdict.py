@@ -9,6 +9,7 @@ import numpy as np
 
 from hdprog.reporting import outlook
 from hdprog.reporting.effect_words import traced_sentences
+from hdprog.reporting.far_limits import far_limits
 from hdprog.reporting.fit_names import doubtful_without_effects
 from hdprog.reporting.left_out import gone_sentences, left_out_sentences
 from hdprog.reporting.left_structure import structure_sentences
@@ -87,6 +88,7 @@ def _verdict(result: DriveResult) -> Verdict:
     sentences: list[str] = []
     if not result.converged:
         sentences.append(not_converged(result))
+    sentences += far_limits(result)
     main = outlook.overall(result.forecasts)
     if main is not None and outlook.tested_at(result) == 1:
         sentences.append(_no_pace(result))

@@ -10,6 +10,11 @@ from tests.cli.conftest import Invoke
 from tests.data.samples import two_sided
 
 DRIVE = '[drive]\nid = "a"\nmodel = "{model}"\nrated_torque_Nm = 63.0\n'
+SECANT = """[[limits]]
+quantity = "secant_stiffness_Nm_per_rad"
+at_torque_Nm = {}
+below = {}
+"""
 
 
 @pytest.fixture
@@ -29,6 +34,14 @@ def folder(tmp_path: Path) -> Path:
         ("CSF-25-80", '[prior]\nfile = "csf-99-80"\n', 3, "no prior called"),
         ("XYZ-99", '[[limits]]\nquantity = "K2_Nm_per_rad"\nbelow = 1.0\n', 3, "no T1 and T2"),
         ("XYZ-99", "", 0, "No prior is known for model XYZ-99"),
+        (
+            "CSF-25-80",
+            SECANT.format(14.0, 13.0),
+            0,
+            "times less than anything that the drive's prior",
+        ),
+        ("XYZ-99", SECANT.format(14.0, 13.0), 0, "times less than anything that the drive's prior"),
+        ("CSF-25-80", SECANT.format(630.0, 1e4), 0, "has a limit, and the tests reach"),
     ],
 )
 def test_a_drive_is_checked_as_a_run_would(

@@ -8,8 +8,10 @@ import pytest
 
 from hdprog.config import Limit
 from hdprog.reporting.declared_words import declared_words
+from hdprog.reporting.fleet_words import fleet_entry
 from hdprog.reporting.sections.warnings import warnings
 from hdprog.reporting.summary import summary_json
+from hdprog.reporting.verdict import verdict
 from hdprog.results import DriveResult
 from tests.reporting import drives
 from tests.reporting.page import spaced
@@ -68,3 +70,33 @@ def test_a_shutdown_out_of_sight(shutdown: float | None, words: str | None) -> N
     found = said(drives.wearing(drives.LOST_MOTION, shutdown=shutdown))
     assert len(found) == (0 if words is None else 1)
     assert words is None or words in found[0]
+
+
+SECANT, WIDTH = "secant_stiffness_Nm_per_rad", "hysteresis_width_arcmin"
+
+
+@pytest.mark.parametrize(
+    ("limit", "words"),
+    [
+        (Limit(SECANT, 13.0, "below", 14.0), "below 13 Nm/rad, is 1 600 times less than"),
+        (Limit(SECANT, 1.3e7, "below", 14.0), "below 13 000 000 Nm/rad, is 410 times more than"),
+        (Limit("lost_motion_arcmin", 1e9, "above"), "above 1 000 000 000 arcmin, is "),
+        (Limit("preload_Nm", 1.0, "below"), ""),  # all but gone
+        (Limit(WIDTH, 0.1, "below"), ""),
+        (Limit(SECANT, 10_000.0, "below", 14.0), ""),
+    ],
+    ids=["in kNm", "as if in mNm", "a slip", "no preload left", "narrow", "usual"],
+)
+def test_a_limit_far_off_what_the_drive_has_is_told_before_its_risk(
+    limit: Limit, words: str
+) -> None:
+    """13 (kNm/rad) for 13 000 gave "No limit in sight" and no word."""
+    result = drives.wearing(limit)
+    told = [text for text in map(spaced, verdict(result).sentences) if "check its number" in text]
+    assert said(result) == told
+    if not words:
+        assert told == []
+        return
+    assert words in told[0]
+    assert spaced(verdict(result).sentences[0]) == told[0]
+    assert spaced(fleet_entry(summary_json(result)).sentence) == told[0]
