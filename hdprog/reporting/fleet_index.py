@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from hdprog.reporting.build import environment
-from hdprog.reporting.fleet_words import first_forecast, fleet_entry
+from hdprog.reporting.fleet_words import PROVISIONAL, first_forecast, fleet_entry
 from hdprog.reporting.forecast_words import inspect_words
 from hdprog.reporting.rounding import hours, percent_beside
 from hdprog.reporting.sparkline import sparkline
@@ -20,9 +20,6 @@ _STATES = {
     "good": ("is good up to its horizon", "are good up to their horizons"),
     "present": ("has no limit: present condition only", "have no limit: present condition only"),
 }
-
-# A sentence travels alone, without the label that says so beside it.
-_PROVISIONAL = " Not converged: this is provisional."
 
 
 def fleet_drive(
@@ -50,7 +47,7 @@ def fleet_drive(
         "status": entry.status,
         "provisional": entry.provisional,
         "label": entry.label,
-        "sentence": entry.sentence + (_PROVISIONAL if entry.provisional else ""),
+        "sentence": f"{entry.sentence} {PROVISIONAL}" if entry.provisional else entry.sentence,
         "rank": entry.rank,
         "rank_hours": entry.rank_hours,
         "tests": len(summary["tests"]),

@@ -15,6 +15,8 @@ from hdprog.config import ReportSettings
 from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.words import FIRST_LIMIT, quantity, tidy
 
+PROVISIONAL = "Not converged: this is provisional."
+"""Beside the sentence of a drive that is: it travels without the label that says so."""
 UNTESTED = 5
 """Rank of a drive without a result: after those of which something is known."""
 

@@ -133,6 +133,12 @@ def summary_of(files: Files, number: str) -> dict[str, Any]:
     return content
 
 
+def has_converged(session: Session, number: str | None) -> bool:
+    """Whether every fit and the trend of an analysis did; of none there is nothing that did not."""
+    found = None if number is None else session.get(AnalysisRow, number)
+    return found is None or found.converged
+
+
 def newest_fit(session: Session, drive: DriveRow, test: TestRow) -> FitRow | None:
     """Find the fit of a test in the newest analysis of its drive."""
     if drive.analysis_id is None:

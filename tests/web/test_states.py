@@ -197,6 +197,35 @@ def test_who_is_to_run_again_with_another_seed_is_told_how(person: ClientOf) -> 
     assert "hdprog run FOLDER --seed 1" in page
 
 
+def test_what_did_not_converge_is_said_wherever_its_numbers_are(
+    program: ClientOf, person: ClientOf
+) -> None:
+    """The list, its JSON and the forecast's table had the numbers, and a finished job was green."""
+    api, viewer = program("viewer"), person("viewer")
+    service = service_in(viewer)
+    for result, doubtful in ((not_converged(), True), (wearing(), False)):
+        name = analysed(service, result)
+        with service.store.writing() as session:
+            drive = find_drive(session, name)
+            assert drive is not None
+            [job] = jobs.jobs_of(session, drive)
+            assert jobs.finish(session, job, jobs.start(session, job), drive.analysis_id)
+            sentence, number = drive.sentence, job.id
+        row = text_of(viewer.get("/", params={"q": name}).text)
+        assert ("Not converged: this is provisional." in row) == doubtful
+        lines = api.get("/api/v1/drives", params={"size": 500}).json()["drives"]
+        [told] = [line["sentence"] for line in lines if line["id"] == name]
+        assert told == (f"{sentence} Not converged: this is provisional." if doubtful else sentence)
+        page = text_of(viewer.get(f"/drives/{name}").text)
+        assert ("Forecast not converged: provisional numbers" in page) == doubtful
+        if doubtful:  # before the first of "the numbers below"
+            assert page.index("Not converged: the fit") < page.index(text_of(sentence))
+        assert page.count(text_of(sentence)) == 1
+        page = viewer.get(f"/jobs/{number}").text
+        assert ("Not converged: the numbers of this analysis" in text_of(page)) == doubtful
+        assert ('class="verdict good"' in page) != doubtful
+
+
 def keep_summary(service: Service, name: str, result: DriveResult) -> None:
     with service.store.reading() as session:
         drive = find_drive(session, name)

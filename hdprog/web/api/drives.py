@@ -9,6 +9,7 @@ from fastapi import APIRouter, BackgroundTasks, Query, Request, Response
 from fastapi.responses import FileResponse
 
 from hdprog import __version__
+from hdprog.reporting.fleet_words import PROVISIONAL
 from hdprog.store import analyses, jobs
 from hdprog.store.drives import add_drive, change_drive, fleet
 from hdprog.store.tables import DriveRow
@@ -116,7 +117,7 @@ def _line(drive: DriveRow, outdated: bool) -> DriveLine:
         id=drive.name,
         status=drive.status,
         provisional=drive.provisional,
-        sentence=drive.sentence,
+        sentence=f"{drive.sentence} {PROVISIONAL}" if drive.provisional else drive.sentence,
         tests=drive.tests,
         last_test_hours=drive.last_test_hours,
         remaining_hours=remaining,

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Form, Request
 from starlette.responses import RedirectResponse, Response
 
-from hdprog.store import jobs, workers
+from hdprog.store import analyses, jobs, workers
 from hdprog.web.lookup import job_numbered
 from hdprog.web.names import JobNumber
 from hdprog.web.rendering import render
@@ -26,6 +26,7 @@ def job_page(request: Request, who: Viewer, job_id: JobNumber) -> Response:
             "job": job,
             "open": job.state in jobs.OPEN,
             "ahead": jobs.ahead(session, job),
+            "converged": analyses.has_converged(session, job.analysis_id),
             "nobody": job.state in jobs.OPEN and not workers.alive(session),
         }
     return render(request, "job.html", context, who=who)
