@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 __all__ = ["last_before_reversal"]
 
 _SHALLOW, _DEEP = 4.0, 16.0  # noise deviations off the extreme
-_LEAST_NOISE = 2.5e-4  # of the span: a record without noise has rounding
+_LEAST_NOISE = 1e-5  # of the span: a record without noise has rounding
 # A hold's sides are steep: it is hardly wider deep down. Of a rounded peak (a parabola) widths at
 # four times the depth are twice as large, of a corner four times.
 _WIDER = 1.5
@@ -63,9 +63,10 @@ def _end_of_hold(near: NDArray[np.float64], at: int, unit: float) -> int | None:
     width = shallow[1] - shallow[0]
     if width < _SHORTEST_HOLD or deep[1] - deep[0] > _WIDER * width:
         return None
-    # Where the line of what follows meets the level.
+    # Where the line of what follows meets the level; before it, where the torque leaves gently.
     meets = shallow[1] - (deep[1] - shallow[1]) * _SHALLOW / (_DEEP - _SHALLOW)
-    return max(at, int(np.floor(meets)))
+    held = np.flatnonzero(near[: int(np.ceil(shallow[1]))] >= level - 2 * unit)
+    return max(at, min(int(np.floor(meets)), int(held[-1])))
 
 
 def _sides(near: NDArray[np.float64], at: int, level: float) -> tuple[float, float] | None:
