@@ -22,8 +22,9 @@ from hdprog.data.loop import Loop
 from hdprog.data.reduce import ReducedLoop
 from hdprog.errors import BadInputError
 from hdprog.inference.prepare import prepare
-from hdprog.physics.drive_model import mesh_angle, slip_envelope, torsion_angle
+from hdprog.physics.drive_model import slip_envelope, torsion_angle
 from hdprog.physics.parameters import NAMES, FloatArray, in_support
+from hdprog.physics.tooth_mesh import mesh_angle
 from hdprog.results import PaperIdentification
 
 _WINDOW = 0.1  # of the largest torque: the stretch of branch that a point is read off

@@ -14,6 +14,7 @@ import numpy as np
 from hdprog.errors import BadInputError
 from hdprog.physics.parameters import FloatArray, Parameters
 from hdprog.physics.predict_arguments import checked_alpha, checked_draws
+from hdprog.physics.tooth_mesh import mesh_angle, mesh_angle_as_printed, mesh_area
 from hdprog.physics.torque_path import TorquePath
 
 ToothMesh = Literal["continuum", "as_printed"]
@@ -22,48 +23,6 @@ ToothMesh = Literal["continuum", "as_printed"]
 def _column(value: FloatArray) -> FloatArray:
     """A scalar or `(draws,)` array as `(draws, 1)`."""
     return np.reshape(np.asarray(value, dtype=np.float64), (-1, 1))
-
-
-def mesh_angle(magnitude: FloatArray, a: FloatArray, b: FloatArray, T_T: FloatArray) -> FloatArray:
-    """Tooth-mesh torsion at torque magnitudes: the integral of dT/K_T (eqs 17, 19).
-
-    Parameters
-    ----------
-    magnitude : (samples,) or (draws, samples) torque magnitude in Nm
-    a, b, T_T : (draws, 1) in 1/rad, Nm/rad, Nm
-
-    Returns
-    -------
-    (draws, samples) angle in rad
-    """
-    meshing = np.minimum(magnitude, T_T)
-    # Below this, log1p(z)/a loses its digits; the series keeps them and covers a = 0.
-    small = a * T_T < 1e-9 * b
-    a_safe = np.where(small, 1.0, a)
-    angle = meshing * (a_safe / b)
-    np.log1p(angle, out=angle)
-    angle *= 1 / a_safe
-    if small.any():
-        angle = np.where(small, meshing / b, angle)
-    beyond = np.subtract(magnitude, meshing, out=meshing)
-    beyond *= 1 / (a * T_T + b)
-    angle += beyond
-    return angle
-
-
-def mesh_angle_as_printed(
-    magnitude: FloatArray, a: FloatArray, b: FloatArray, T_T: FloatArray
-) -> FloatArray:
-    """Tooth-mesh torsion by the printed sum (19): a staircase, tied to torque in Nm.
-
-    Shapes and units as in `mesh_angle`. Serves to reproduce the paper.
-    """
-    magnitude = np.broadcast_to(magnitude, np.broadcast_shapes(magnitude.shape, a.shape))
-    steps = np.arange(1, max(1, math.ceil(float(magnitude.max()))) + 1)
-    sums = np.concatenate([np.zeros_like(a), np.cumsum(1.0 / (a * steps + b), axis=1)], axis=1)
-    below = np.maximum(np.ceil(np.minimum(magnitude, T_T)) - 1, 0).astype(np.intp)
-    stair = np.take_along_axis(np.broadcast_to(sums, (a.shape[0], sums.shape[1])), below, axis=1)
-    return stair + np.maximum(magnitude - T_T, 0.0) / (a * T_T + b)
 
 
 def elastic_angle(
@@ -75,7 +34,8 @@ def elastic_angle(
     """Cup and tooth-mesh torsion T/K_F + Δθ_T(T), mirrored for negative torque.
 
     Where samples are block averages, the mesh's curvature times the variance of torque inside
-    the block is added, so that the average of the angle is compared with the average.
+    the block is added, so that the average of the angle is compared with the average. In blocks
+    around zero torque, where the mesh may bend within the block, the average is exact.
 
     Parameters
     ----------
@@ -103,8 +63,25 @@ def elastic_angle(
         bend *= magnitude < T_T
         angle -= bend
     angle *= np.sign(torque)
+    if path.variance is not None and tooth_mesh == "continuum" and path.around_zero.size:
+        _average_around_zero(angle, path, a, b, T_T)
     angle += torque * (1 / _column(parameters["K_F"]))
     return angle
+
+
+def _average_around_zero(
+    angle: FloatArray, path: TorquePath, a: FloatArray, b: FloatArray, T_T: FloatArray
+) -> None:
+    """Put exact averages of the mesh's angle into the blocks (draws, samples) around zero torque.
+
+    Torque is even inside a block, so that its average is a difference of areas.
+    """
+    at, half = path.around_zero, path.half_width[path.around_zero]
+    torque = path.torque[..., at]
+    above, below = np.abs(torque + half), np.abs(torque - half)
+    average = (mesh_area(above, a, b, T_T) - mesh_area(below, a, b, T_T)) / (2 * half)
+    # Of torque by draw, some draws of a block may lie farther off.
+    angle[:, at] = np.where(path.is_around_zero(torque, half), average, angle[:, at])
 
 
 def slip_envelope(pushed: FloatArray, parameters: Parameters, alpha: float) -> FloatArray:

@@ -62,6 +62,23 @@ class TorquePath:
         turned = np.where(self.rising, 1.0, -1.0)
         return np.asarray(at * np.concatenate([self.direction, turned, [1.0, -1.0]]))
 
+    @cached_property
+    def half_width(self) -> FloatArray:
+        """(samples,) half of the torque that each block spans, taken as even, in Nm."""
+        assert self.variance is not None
+        return np.asarray(np.sqrt(3 * self.variance))
+
+    @cached_property
+    def around_zero(self) -> NDArray[np.intp]:
+        """Indices of blocks that come at least half of the way from their middle to zero."""
+        near = self.is_around_zero(self.torque, self.half_width)
+        return np.flatnonzero(near if near.ndim == 1 else near.any(axis=0))
+
+    @staticmethod
+    def is_around_zero(torque: FloatArray, half_width: FloatArray) -> NDArray[np.bool_]:
+        """Whether blocks of so much torque to both sides of their middle are around zero."""
+        return np.asarray(2 * half_width > np.abs(torque))
+
     @staticmethod
     def exact(torque: FloatArray) -> TorquePath:
         """Split at every change of direction of the samples themselves.

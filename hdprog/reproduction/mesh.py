@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from hdprog.physics.drive_model import mesh_angle, mesh_angle_as_printed
 from hdprog.physics.parameters import FloatArray
+from hdprog.physics.tooth_mesh import mesh_angle, mesh_angle_as_printed
 from hdprog.reproduction.results import Curve, Finding
 from hdprog.reproduction.table2 import POST_TEST, TOP, as_draw
 

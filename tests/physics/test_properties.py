@@ -158,6 +158,26 @@ def test_block_variance_corrects_the_average_of_a_curve() -> None:
     assert abs(corrected - exact) < 0.1 * abs(plain - exact)
 
 
+@pytest.mark.parametrize("b", [5.0, 5729.6])
+@pytest.mark.parametrize(("a", "T_T"), [(1833.5, 30.0), (1833.5, 0.2), (1e-8, 30.0)])
+@pytest.mark.parametrize("middle", [0.0, -0.3, 0.55, 0.9])
+def test_a_block_around_zero_torque_has_its_exact_average(
+    middle: float, a: float, T_T: float, b: float
+) -> None:
+    """Of teeth as soft as play, too: curvature times variance threw such a block far off."""
+    half = 0.5
+    inside = np.linspace(middle - half, middle + half, 100_001)
+    state = {
+        name: np.array([value])
+        for name, value in (POST_TEST | {"a": a, "b": b, "T_T": T_T}).items()
+    }
+    angle = elastic_angle(TorquePath(inside, np.array([0]), np.array([True])), state)[0]
+    exact = np.trapezoid(angle, inside) / (2 * half)
+    block = TorquePath(np.array([middle]), np.array([0]), np.array([True]), np.array([half**2 / 3]))
+    found = elastic_angle(block, state)[0, 0]
+    assert found == pytest.approx(exact, rel=1e-6, abs=1e-12)
+
+
 def test_transforms_invert() -> None:
     for name, parameter in BY_NAME.items():
         values = np.array([0.01, 1.0, 300.0]) * (-1 if name == "c" else 1)

@@ -104,6 +104,7 @@ def _compiled(fastmath: bool) -> Callable[..., None]:
         points: FloatArray,
         torque: FloatArray,
         variance: FloatArray,
+        half: FloatArray,
         averaged: bool,
         starts: Any,
         rising: Any,
@@ -155,6 +156,10 @@ def _compiled(fastmath: bool) -> Callable[..., None]:
                         stiffness = a * magnitude + b
                         mesh -= 0.5 * variance[at] * a / (stiffness * stiffness)
                     angle = math.copysign(mesh, here) if here != 0.0 else 0.0
+                    if averaged and 2 * half[at] > magnitude:
+                        above = _area(abs(here + half[at]), growth, b, T_T, small, beyond)
+                        below = _area(abs(here - half[at]), growth, b, T_T, small, beyond)
+                        angle = (above - below) / (2 * half[at])
                     angle += tangent * slip + here / K_F
                     left = data[at] - angle / sd[at]
                     squares += left * left
@@ -181,8 +186,24 @@ def _compiled(fastmath: bool) -> Callable[..., None]:
         drawn_back = min(pushed * pull - friction, 0.0) / pull_stiffness
         return drawn_back + max(pushed * push - friction, 0.0) / push_stiffness
 
+    def area(
+        magnitude: float, growth: float, b: float, T_T: float, small: bool, beyond: float
+    ) -> float:
+        meshing = min(magnitude, T_T)
+        bent, further = meshing * growth / b, magnitude - meshing
+        if small:
+            whole, at_end = 0.5 * meshing * meshing / b, meshing / b
+        else:
+            at_end = math.log1p(bent) / growth
+            if bent < 1e-3:
+                whole = bent * bent * (1 / 2 - bent * (1 / 6 - bent * (1 / 12 - bent / 20)))
+            else:
+                whole = (1 + bent) * math.log1p(bent) - bent
+            whole *= b / (growth * growth)
+        return whole + further * (at_end + 0.5 * further / beyond)
+
     compile_: Any = numba.njit(fastmath=fastmath)
-    _softplus, _envelope = compile_(softplus), compile_(envelope)
+    _softplus, _envelope, _area = compile_(softplus), compile_(envelope), compile_(area)
     compiled: Callable[..., None] = compile_(loop)
     return compiled
 
@@ -192,6 +213,7 @@ def fused(likelihood: LoopLikelihood, *, fastmath: bool = False) -> Batch:
     path, compiled = likelihood.reduced.path, _compiled(fastmath)
     averaged = path.variance is not None
     variance = path.variance if path.variance is not None else np.zeros(1)
+    half = path.half_width if averaged else np.zeros(1)
     reached, data = np.ascontiguousarray(path.reached), likelihood._data
     offset, sd = likelihood._whitened_offset, likelihood.noise.sd
     s, k = math.sin(likelihood.alpha), math.cos(likelihood.alpha)
@@ -203,6 +225,7 @@ def fused(likelihood: LoopLikelihood, *, fastmath: bool = False) -> Batch:
             points,
             path.torque,
             variance,
+            half,
             averaged,
             path.starts,
             path.rising,

@@ -150,11 +150,11 @@ class JaxPosterior:
         """Model angle without offset, (blocks,)."""
         path = self.likelihood.reduced.path
         slip = self._slip(physical, logit)
-        elastic = self._mesh(physical) * np.sign(path.torque) + path.torque / physical["K_F"]
+        elastic = self._mesh(physical) + path.torque / physical["K_F"]
         return math.tan(self.likelihood.alpha) * slip + elastic
 
     def _mesh(self, physical: dict[str, Any]) -> Any:
-        """Tooth-mesh torsion at the torques' magnitudes, (blocks,)."""
+        """Tooth-mesh torsion, (blocks,)."""
         _, jnp = jax_modules()
         path = self.likelihood.reduced.path
         a, b, T_T = physical["a"], physical["b"], physical["T_T"]
@@ -166,7 +166,14 @@ class JaxPosterior:
         if path.variance is not None:
             stiffness = a * magnitude + b
             angle -= jnp.where(magnitude < T_T, 0.5 * path.variance * a / stiffness**2, 0.0)
-        return angle + (magnitude - meshing) / (a * T_T + b)
+        angle = (angle + (magnitude - meshing) / (a * T_T + b)) * np.sign(path.torque)
+        if path.variance is None:
+            return angle
+        at, half = path.around_zero, path.half_width[path.around_zero]
+        torque = path.torque[at]
+        above = _mesh_area(np.abs(torque + half), a, b, T_T)
+        below = _mesh_area(np.abs(torque - half), a, b, T_T)
+        return angle.at[at].set((above - below) / (2 * half))
 
     def _slip(self, physical: dict[str, Any], logit: Any) -> Any:
         """Wave-generator slip, (blocks,)."""
@@ -226,3 +233,19 @@ def batched(density: Callable[[Any], Any], rows: int) -> Callable[[FloatArray], 
         return values
 
     return call
+
+
+def _mesh_area(magnitude: FloatArray, a: Any, b: Any, T_T: Any) -> Any:
+    """Integral of the tooth-mesh torsion from zero torque, (blocks,)."""
+    _, jnp = jax_modules()
+    meshing = jnp.minimum(magnitude, T_T)
+    small = a * T_T < _SMALL * b
+    a_safe = jnp.where(small, 1.0, a)
+    bent = meshing * (a_safe / b)
+    few = jnp.minimum(bent, 1e-3)
+    series = few**2 * (1 / 2 - few * (1 / 6 - few * (1 / 12 - few / 20)))
+    area = jnp.where(bent < 1e-3, series, (1 + bent) * jnp.log1p(bent) - bent) * (b / a_safe**2)
+    area = jnp.where(small, meshing**2 / (2 * b), area)
+    at_end = jnp.where(small, meshing / b, jnp.log1p(bent) / a_safe)
+    beyond = magnitude - meshing
+    return area + beyond * (at_end + 0.5 * beyond / (a * T_T + b))
