@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,6 +15,7 @@ from hdprog.data.loads_of_tests import load_doubts
 from hdprog.data.loop import Loop
 from hdprog.data.order_of_tests import order_doubts
 from hdprog.data.quality import Quality, assess
+from hdprog.data.read_off import figures_of
 from hdprog.data.readers import parse_columns, parse_select, read_loop
 from hdprog.data.tests_table import DriveTest, read_tests
 from hdprog.errors import BadInputError
@@ -22,6 +23,11 @@ from hdprog.errors import BadInputError
 __all__ = ["CheckReport", "check_path"]
 
 _ARCMIN = math.pi / 10_800
+_READ_OFF = {
+    "hysteresis_width_arcmin": "width {:.3g} arcmin at zero torque",
+    "hysteresis_loss_J": "loss {:.3g} J a cycle",
+    "lost_motion_arcmin": "lost motion {:.3g} arcmin",
+}
 
 
 @dataclass(frozen=True)
@@ -144,7 +150,7 @@ def _check_loop(
     except BadInputError as error:
         notes.problem(error)
         return None
-    quality = assess(loop, drive)
+    quality = replace(assess(loop, drive), read_off=figures_of(loop, drive))
     notes.loops.append((name, quality))
     first, *others = _facts(quality)
     notes.lines.append(f"{name}: {first}")
@@ -204,6 +210,9 @@ def _facts(quality: Quality) -> list[str]:
         f"Noise: torque {quality.torque_noise:.2g} Nm{_step(quality.torque_step, 'Nm')}, angle "
         f"{quality.angle_noise:.2g} rad{_step(quality.angle_step, 'rad')}",
     ]
+    if quality.read_off:
+        read = [_READ_OFF[key].format(value) for key, value in quality.read_off.items()]
+        lines.append(f"Read off it, no model in between: {', '.join(read)}")
     if quality.duration is None:
         lines.append("Untimed")
     else:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Literal
 
@@ -53,6 +54,8 @@ class Quality:
         Standard deviations of the error that the record itself shows, quantisation included.
     warnings : tuple of str
         What deserves a second look, the record's own warnings first.
+    read_off : mapping
+        Figures that the record shows without a model, by key; filled in by `hdprog check`.
     """
 
     samples: int
@@ -72,6 +75,7 @@ class Quality:
     torque_noise: float
     angle_noise: float
     warnings: tuple[str, ...]
+    read_off: Mapping[str, float] = field(default_factory=dict)
 
 
 def assess(loop: Loop, drive: Drive | None = None) -> Quality:

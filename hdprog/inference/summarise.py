@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from hdprog.config import Drive
+from hdprog.inference.against_record import against_record
 from hdprog.inference.identification import identification
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.power_scaling import loop_sensitivities
@@ -123,6 +124,7 @@ def summarise(
         figures_with_effects={
             key: by_level(values) for key, values in posterior.figures_with_effects().items()
         },
+        read_off=against_record(posterior, requests),
         effects=posterior.effects,
         effect_summaries=effect_summaries(posterior),
         fit=fit,

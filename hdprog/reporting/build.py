@@ -108,6 +108,7 @@ def _page(
             limits=None if main is None else life.limits_table(result),
             overview=tests.overview(result),
             figures=tests.figures(result, catalogue),
+            read_off=tests.read_off(result),
             changed=changes.changes(result),
             parameters=tests.parameters(result),
             asked_for=_asked_for(result),

@@ -8,6 +8,7 @@ from typing import Any
 from hdprog.explanation import Explanation
 from hdprog.reporting.json_values import number, quantiles
 from hdprog.reporting.left_structure import structure_warnings
+from hdprog.reporting.read_off_words import missed_words
 from hdprog.reporting.sections.paper_method import where_it_fails
 from hdprog.reporting.weak_words import weak_words
 from hdprog.reporting.words import keyboard_signs
@@ -17,6 +18,7 @@ from hdprog.results import (
     Identification,
     OtherToothAngle,
     ParameterSummary,
+    ReadOff,
     Sensitivity,
     TestResult,
 )
@@ -36,6 +38,7 @@ def test_json(test: TestResult, explanation: Explanation | None) -> dict[str, An
         "figures_with_effects": {
             key: quantiles(levels) for key, levels in test.figures_with_effects.items()
         },
+        "read_off": {key: _read_off(found) for key, found in test.read_off.items()},
         "effects": list(test.effects),
         "effect_parameters": {one.id: _effect(one) for one in test.effect_summaries},
         "rmse_rad": number(test.rmse_rad),
@@ -50,7 +53,12 @@ def test_json(test: TestResult, explanation: Explanation | None) -> dict[str, An
         "sensitivity": {name: _sensitivity(found) for name, found in test.sensitivity.items()},
         "other_tooth_angle": _other_tooth_angle(test.other_tooth_angle),
         "paper_identification": _paper(test),
-        "warnings": [*test.warnings, *structure_warnings(test, explanation), *weak_words(test)],
+        "warnings": [
+            *missed_words(test),
+            *test.warnings,
+            *structure_warnings(test, explanation),
+            *weak_words(test),
+        ],
     }
 
 
@@ -63,6 +71,15 @@ def _parameter(summary: ParameterSummary) -> dict[str, float | None]:
         "ess_bulk": number(summary.ess_bulk),
         "ess_tail": number(summary.ess_tail),
         "contraction": number(summary.contraction),
+    }
+
+
+def _read_off(found: ReadOff) -> dict[str, Any]:
+    return {
+        "record": number(found.record),
+        "record_sd": number(found.record_sd),
+        "fit": quantiles(found.fit),
+        "differs": found.differs,
     }
 
 

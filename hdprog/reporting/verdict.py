@@ -20,6 +20,7 @@ from hdprog.reporting.present import (
     is_past,
     passed_at_an_event,
 )
+from hdprog.reporting.read_off_words import missed_sentences
 from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.rounding import (
     hours,
@@ -88,7 +89,7 @@ def _verdict(result: DriveResult) -> Verdict:
     sentences: list[str] = []
     if not result.converged:
         sentences.append(not_converged(result))
-    sentences += far_limits(result)
+    sentences += [*far_limits(result), *missed_sentences(result)]
     main = outlook.overall(result.forecasts)
     if main is not None and outlook.tested_at(result) == 1:
         sentences.append(_no_pace(result))

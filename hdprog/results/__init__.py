@@ -16,6 +16,7 @@ from hdprog.results.of_test import (
     PaperIdentification,
     ParameterDraws,
     ParameterSummary,
+    ReadOff,
     Sensitivity,
     TestResult,
 )
@@ -51,6 +52,7 @@ __all__ = [
     "ParameterDraws",
     "ParameterSummary",
     "Provenance",
+    "ReadOff",
     "Sensitivity",
     "Shrinkage",
     "SteadyShare",

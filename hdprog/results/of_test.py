@@ -106,6 +106,24 @@ class OtherToothAngle:
 
 
 @dataclass(frozen=True)
+class ReadOff:
+    """A figure as the record itself shows it, and the fitted curve at the same torques.
+
+    Attributes
+    ----------
+    record, record_sd : read off the record without a model, with the standard deviation of its
+        noise; at the record's own swing of torque, in the figure's unit
+    fit : level → value, the same read off the fitted curves, an empirical curve left out
+    differs : the fit misses what the record shows by more than chance, and by enough to matter
+    """
+
+    record: float
+    record_sd: float
+    fit: Mapping[float, float]
+    differs: bool
+
+
+@dataclass(frozen=True)
 class ParameterDraws:
     """Some draws of a test's eight parameters in their physical units, to be looked at.
 
@@ -215,6 +233,8 @@ class TestResult:
     warnings: tuple[str, ...]
     figures_with_effects: Mapping[str, Mapping[float, float]] = field(default_factory=dict)
     """Width, loss and lost motion with lasting effects in them; empty where there are none."""
+    read_off: Mapping[str, ReadOff] = field(default_factory=dict)
+    """Figures that the record shows without a model, by key; empty for a record of one side."""
     effect_summaries: tuple[EffectSummary, ...] = ()
     """Parameters of the effects fitted; an empirical term has none."""
     identification: Identification | None = None

@@ -24,6 +24,7 @@ from hdprog.results import (
     ParameterDraws,
     ParameterSummary,
     Provenance,
+    ReadOff,
     TestResult,
     TrendSummary,
 )
@@ -165,6 +166,16 @@ def one_test(
         ),
     )
     return replace(result, **changes)  # type: ignore[arg-type]
+
+
+def read_off(test: TestResult, missed: str = "") -> TestResult:
+    """The test with width, loss and lost motion read off its record, one of them missed by half."""
+    found = {}
+    for key in ("hysteresis_width_arcmin", "hysteresis_loss_J", "lost_motion_arcmin"):
+        middle = test.figures[key][0.50]
+        record = middle * (0.5 if key == missed else 1.005)
+        found[key] = ReadOff(record, 0.01 * middle, test.figures[key], key == missed)
+    return replace(test, read_off=found)
 
 
 def forecast_of(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cache
 
 from hdprog.reporting.build import build_report
@@ -10,14 +11,20 @@ from hdprog.results import DriveResult
 from tests.reporting import drives, explanations
 
 SITUATIONS: Mapping[str, Callable[[], DriveResult]] = {
-    "healthy": drives.healthy,
+    "healthy": lambda: _read_off(drives.healthy()),
     "inspect-by": lambda: drives.wearing(drives.LOST_MOTION, drives.SECANT),
     "past-the-limit": drives.past_limit,
     "not-enough-data": lambda: drives.wearing(count=1, now=100.0, crossing=6000.0, spread=1500.0),
     "not-converged": drives.not_converged,
     "effect-found": explanations.of_drive,
-    "unexplained": lambda: explanations.single(explanations.unexplained()),
+    "unexplained": lambda: _read_off(
+        explanations.single(explanations.unexplained()), "lost_motion_arcmin"
+    ),
 }
+
+
+def _read_off(result: DriveResult, missed: str = "") -> DriveResult:
+    return replace(result, tests=tuple(drives.read_off(test, missed) for test in result.tests))
 
 
 @cache

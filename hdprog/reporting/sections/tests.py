@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from hdprog.reporting.effect_words import effect_name
+from hdprog.reporting.read_off_words import record_words
 from hdprog.reporting.rounding import (
     digit_step,
     grouped,
@@ -25,7 +26,7 @@ from hdprog.reporting.words import (
     quantity,
     spoken,
 )
-from hdprog.results import DriveResult, ParameterSummary, TestResult
+from hdprog.results import DriveResult, ParameterSummary, ReadOff, TestResult
 
 _MICRO = 1e6
 _WITH_EFFECTS = "with lasting effects"
@@ -123,6 +124,38 @@ def figures(result: DriveResult, catalogue: Mapping[str, float]) -> Table:
             "their size; else of the drive model's part alone."
         )
     return Table.flat(caption, ("test", *heads), rows)
+
+
+def read_off(result: DriveResult) -> Table | None:
+    """What the records show without a model, and the fits there; None where no record shows any."""
+    keys = dict.fromkeys(key for test in result.tests for key in test.read_off)
+    if not keys:
+        return None
+    limited = [limit.key for limit in result.drive.limits]
+    ordered = sorted(keys, key=lambda key: key not in limited)
+    rows = [
+        Row(
+            f"{test.test_id}, {when(test)}",
+            tuple(_read_off(key, test.read_off.get(key)) for key in ordered),
+            doubtful=not test.converged,
+        )
+        for test in result.tests
+    ]
+    caption = (
+        "Read off the records themselves, no model in between, each at its own swing of torque: "
+        "lines through the readings near a torque tell where its branches are (± one standard "
+        "deviation of noise). Below it the same lines through the fitted curve, effects that were "
+        "found included, an empirical curve not. Good: both agree. Where the fit misses a figure "
+        "by more than chance, go by the record."
+    )
+    return Table.flat(caption, ("test", *(quantity(key).head for key in ordered)), rows)
+
+
+def _read_off(key: str, found: ReadOff | None) -> Cell:
+    if found is None:
+        return "–"
+    _, middle, _ = figure_interval(key, found.fit[0.05], found.fit[0.50], found.fit[0.95])
+    return Value(record_words(key, found), f"fit {'misses it: ' if found.differs else ''}{middle}")
 
 
 def _figure(key: str, levels: Mapping[float, float] | None) -> Cell:

@@ -8,6 +8,7 @@ from hdprog.reporting.fit_names import explanations, named_warnings
 from hdprog.reporting.left_out import gone_sentences
 from hdprog.reporting.left_structure import structure_warnings
 from hdprog.reporting.number_ranges import joined, shape_of
+from hdprog.reporting.read_off_words import missed_words
 from hdprog.reporting.trend_words import trend_warnings
 from hdprog.reporting.weak_words import OF_PARAMETERS, weak_words
 from hdprog.reporting.words import listed
@@ -30,7 +31,7 @@ def warnings(result: DriveResult) -> list[str]:
     by_test = explanations(result)
     for test in result.tests:
         explanation = by_test.get(test.test_id)
-        own = named_warnings(test, explanation)
+        own = [*missed_words(test), *named_warnings(test, explanation)]
         own += [*structure_warnings(test, explanation), *weak_words(test)]
         for text in dict.fromkeys(own):
             by_shape.setdefault(shape_of(text), []).append((test.test_id, text))

@@ -1,0 +1,66 @@
+"""Hold a fit against what the record itself shows of width, loss, lost motion and stiffness.
+
+A model that lacks something may fit most of a loop well and miss a figure: its interval tells how
+well the parameters are known, not whether the curve goes where the readings are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hdprog.data.read_off import Reading, readings
+from hdprog.inference.posterior import Posterior
+from hdprog.physics.figures import FigureRequest
+from hdprog.physics.parameters import FloatArray
+from hdprog.results import LEVELS, ReadOff
+
+_DRAWS = 400
+_MISSED = 3.5
+"""Standard deviations of noise and fit together beyond which a gap is no chance."""
+_MATTERS = 0.03  # of the larger one of both
+_SD_OF_90 = 3.2897  # width of a normal distribution's central 90 % in standard deviations
+
+
+def against_record(posterior: Posterior, requests: Sequence[FigureRequest]) -> dict[str, ReadOff]:
+    """Figures read off the record and off the fitted curves at the same torques, by key.
+
+    Parameters
+    ----------
+    posterior : of the record
+    requests : figures of merit; those that a record can show are read
+    """
+    likelihood, rated = posterior.likelihood, posterior.operation.rated_torque
+    how = readings(likelihood.reduced.path, requests, rated)
+    if not how:
+        return {}
+    reduced, noise = likelihood.reduced, likelihood.noise
+    angle = _means(posterior)
+    curves = likelihood.angle(posterior.points[posterior.thinned(_DRAWS)])
+    # Blocks were freed of what the curve does inside them; here it belongs to both.
+    curves = curves + (angle - reduced.angle)
+    # An empirical curve is no noise: what it takes up is what the figures do not have.
+    covariance = noise.covariance - noise.block_features @ noise.block_features.T
+    covariance = covariance * float(np.median(posterior.noise_scale)) ** 2
+    return {key: _read_off(reading, angle, curves, covariance) for key, reading in how.items()}
+
+
+def _means(posterior: Posterior) -> FloatArray:
+    """(blocks,) mean angle of each block's readings in rad."""
+    reduced = posterior.likelihood.reduced
+    block, used = reduced.block_of, reduced.block_of >= 0
+    total = np.bincount(block[used], weights=posterior.loop.angle[used])
+    return np.asarray(total / reduced.count)
+
+
+def _read_off(
+    reading: Reading, angle: FloatArray, curves: FloatArray, covariance: FloatArray
+) -> ReadOff:
+    record, sd = float(reading.of(angle)), reading.sd(angle, covariance)
+    fit = dict(zip(LEVELS, map(float, np.quantile(reading.of(curves), LEVELS)), strict=True))
+    # By quantiles, for single draws of linearised effects may lie far away.
+    spread = float(np.hypot(sd, (fit[0.95] - fit[0.05]) / _SD_OF_90))
+    gap = abs(record - fit[0.50])
+    matters = gap > _MATTERS * max(abs(record), abs(fit[0.50]))
+    return ReadOff(record, sd, fit, bool(matters and gap > _MISSED * spread))

@@ -1,0 +1,44 @@
+"""Figures that the fit misses and the record shows, in words."""
+
+from __future__ import annotations
+
+from hdprog.explanation import UNKNOWN
+from hdprog.reporting.rounding import rounded
+from hdprog.reporting.words import capital, figure_interval, quantity, with_unit
+from hdprog.results import DriveResult, ReadOff, TestResult
+
+
+def missed_words(test: TestResult) -> list[str]:
+    """Sentences on a test's figures that its fit misses, each to stand alone."""
+    return [_missed(test, key, found) for key, found in test.read_off.items() if found.differs]
+
+
+def missed_sentences(result: DriveResult) -> list[str]:
+    """The same for the verdict: of the last test, figures with a limit; all where none has one."""
+    test = result.tests[-1]
+    limited = [limit.key for limit in result.drive.limits]
+    which = "" if len(result.tests) == 1 else f"Test {test.test_id}: "
+    return [
+        which + _missed(test, key, found)
+        for key, found in test.read_off.items()
+        if found.differs and (key in limited or not limited)
+    ]
+
+
+def record_words(key: str, found: ReadOff) -> str:
+    """What is read off the record with its standard deviation, in the reader's unit."""
+    factor = quantity(key).factor
+    value, sd = factor * found.record, factor * found.record_sd
+    return f"{rounded(value, sd)} ± {rounded(sd, sd)}"
+
+
+def _missed(test: TestResult, key: str, found: ReadOff) -> str:
+    named = quantity(key)
+    low, middle, high = figure_interval(key, found.fit[0.05], found.fit[0.50], found.fit[0.95])
+    fit = "the fit, its empirical curve left out," if UNKNOWN in test.effects else "the fit"
+    return (
+        f"{capital(named.name)} read off the record itself is "
+        f"{with_unit(record_words(key, found), named.unit)}, where {fit} has {middle} (90 %: {low} "
+        f"to {with_unit(high, named.unit)}). The fit misses it: go by the record, and do not trust "
+        f"a forecast of {named.name}."
+    )

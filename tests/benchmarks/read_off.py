@@ -1,0 +1,155 @@
+"""How often is a fit said to miss what a record shows, where it does and where it does not?
+
+    python -m tests.benchmarks.read_off [--clean 90] [--per-effect 3] [--workers 2]
+
+Loops of the independent simulator, which shares no code with hdprog: without an effect (white,
+correlated and stepped noise in turn) and with one effect at four times the noise, listed or not.
+All are fitted with the drive model alone (quick plan), and figures are read off record and fit. A
+loop with an effect stands for a drive that nobody explained. Written to
+tests/benchmarks/results/read_off.json: of loops without an effect, the share of readings that
+differ, which are false alarms; of loops with one, the share by how far the fit's own figure is
+from the simulator's.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hdprog.atomic import atomic_write_text
+from hdprog.inference.against_record import against_record
+from hdprog.inference.fit_loop import fit_loop
+from hdprog.inference.prior_file import read_prior_file
+from hdprog.inference.until_converged import QUICK
+from hdprog.parallel import hold_blas_to_one_thread
+from tests.benchmarks.code_state import digest, imported_by
+from tests.benchmarks.effects.loops import LISTED, UNLISTED, Case, NotDrawable, draw
+from tests.benchmarks.explained_coverage import DRIVE, FIGURES
+from tests.independent.loops import random_loop
+from tests.independent.simulator import DriveParameters, true_figures
+
+RESULTS = Path(__file__).parent / "results" / "read_off.json"
+NOISE = ("clean", "correlated", "stepped")
+SIZE = 4
+_FAR, _NEAR = 0.10, 0.05  # error of the fit's own figure
+_STREAM = 0  # of `Case.rng`, by which `draw` makes its record
+
+
+@dataclass(frozen=True)
+class Found:
+    """One figure of one loop.
+
+    Attributes
+    ----------
+    case, quantity : of the loop and the figure
+    deviations : the record's reading minus the fit's, over noise and fit together
+    gap : the same over the larger one of both
+    error : of the fit's own figure at the reference torque, in parts of the true one
+    differs : what is said
+    """
+
+    case: str
+    quantity: str
+    deviations: float
+    gap: float
+    error: float
+    differs: bool
+
+
+def measured(work: tuple[str, int]) -> list[Found]:
+    """Fit one loop with the drive model alone and read its figures; none of a one-sided loop."""
+    case, index = Case(work[0]), work[1]
+    try:
+        drawn = draw(case, index)
+    except NotDrawable:
+        return []
+    # The same draws again: what the fit must not see is in this record alone.
+    record = random_loop(
+        case.rng(index, _STREAM, drawn.rejected),
+        drawn.kind,
+        effects=drawn.sizes,
+        correlated=case.name == "correlated",
+    )
+    truth = record.truth["parameters"]
+    assert isinstance(truth, dict)
+    exact = true_figures(DriveParameters(**truth), reference_torque=63.0, secant_torque=14.0)
+    exact |= true_figures(DriveParameters(**truth), reference_torque=63.0, secant_torque=63.0)
+    prior = read_prior_file("csf-25-80").prior(None)
+    posterior = fit_loop(drawn.loop, DRIVE, case.fit_rng(index), prior=prior, plan=QUICK)
+    figures = posterior.figures(FIGURES)
+    found = []
+    for key, read in against_record(posterior, FIGURES).items():
+        spread = np.hypot(read.record_sd, (read.fit[0.95] - read.fit[0.05]) / 3.29)
+        off = read.record - read.fit[0.50]
+        larger = max(abs(read.record), abs(read.fit[0.50]))
+        error = float(np.median(figures[key])) / exact[key] - 1
+        found.append(Found(case.name, key, off / spread, off / larger, error, read.differs))
+    return found
+
+
+def summary(found: list[Found]) -> dict[str, Any]:
+    """False alarms without an effect, and what is said beside one."""
+    without = [one for one in found if one.case in NOISE]
+    beside = [one for one in found if one.case not in NOISE]
+    far = [one for one in beside if abs(one.error) > _FAR]
+    near = [one for one in beside if abs(one.error) < _NEAR]
+    return {
+        "state_of_code": digest(
+            imported_by("hdprog.inference.against_record", "hdprog.inference.fit_loop")
+        ),
+        "without_an_effect": {
+            "readings": len(without),
+            "differ": sum(one.differs for one in without),
+            "deviations_sd": _spread(without),
+            "deviations_largest": round(max(abs(one.deviations) for one in without), 2),
+            "by_noise": {
+                name: _spread([one for one in without if one.case == name]) for name in NOISE
+            },
+            "by_quantity": {
+                key.key: _spread([one for one in without if one.quantity == key.key])
+                for key in FIGURES
+            },
+        },
+        "with_an_effect": {
+            "readings": len(beside),
+            "figure_off_by_more_than_10_percent": _said(far),
+            "figure_within_5_percent": _said(near),
+        },
+    }
+
+
+def _spread(found: Iterable[Found]) -> float:
+    """Root of the mean square of the deviations: 1 where they are the noise's and the fit's."""
+    return round(float(np.sqrt(np.mean([one.deviations**2 for one in found]))), 2)
+
+
+def _said(found: list[Found]) -> dict[str, int]:
+    return {"readings": len(found), "differ": sum(one.differs for one in found)}
+
+
+def main() -> None:
+    """Run and write the results."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--clean", type=int, default=90)
+    parser.add_argument("--per-effect", type=int, default=3)
+    parser.add_argument("--workers", type=int, default=2)
+    asked = parser.parse_args()
+    work = [(NOISE[index % len(NOISE)], index) for index in range(asked.clean)]
+    effects = (*LISTED, *UNLISTED)
+    work += [(f"{name}@{SIZE}", index) for index in range(asked.per_effect) for name in effects]
+    with ProcessPoolExecutor(asked.workers, initializer=hold_blas_to_one_thread) as executor:
+        found = [one for each in executor.map(measured, work) for one in each]
+    results = summary(found)
+    atomic_write_text(RESULTS, json.dumps(results, indent=1) + "\n")
+    print(json.dumps(results, indent=1))
+
+
+if __name__ == "__main__":
+    main()
