@@ -6,7 +6,7 @@ well the parameters are known, not whether the curve goes where the readings are
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -18,7 +18,8 @@ from hdprog.results import LEVELS, ReadOff
 
 _DRAWS = 400
 _MISSED = 3.5
-"""Standard deviations of noise and fit together beyond which a gap is no chance."""
+"""Standard deviations of a gap by chance beyond which it is none."""
+_LEAST_SPREAD = 0.7  # of a reading's noise: how much of it a fit shares is known roughly
 _MATTERS = 0.03  # of the larger one of both
 _SD_OF_90 = 3.2897  # width of a normal distribution's central 90 % in standard deviations
 
@@ -59,8 +60,19 @@ def _read_off(
 ) -> ReadOff:
     record, sd = float(reading.of(angle)), reading.sd(angle, covariance)
     fit = dict(zip(LEVELS, map(float, np.quantile(reading.of(curves), LEVELS)), strict=True))
-    # By quantiles, for single draws of linearised effects may lie far away.
-    spread = float(np.hypot(sd, (fit[0.95] - fit[0.05]) / _SD_OF_90))
     gap = abs(record - fit[0.50])
     matters = gap > _MATTERS * max(abs(record), abs(fit[0.50]))
-    return ReadOff(record, sd, fit, bool(matters and gap > _MISSED * spread))
+    outside = not fit[0.05] <= record <= fit[0.95]
+    no_chance = gap > _MISSED * spread_of_gap(sd, fit)
+    return ReadOff(record, sd, fit, bool(matters and outside and no_chance))
+
+
+def spread_of_gap(record_sd: float, fit: Mapping[float, float]) -> float:
+    """Standard deviation of a reading minus the fit's by chance, where the model is right.
+
+    A fit that uses all of a record has a part of the reading's own noise in it: the variance of
+    the difference is the difference of the variances (Hausman, Econometrica 46, 1978).
+    """
+    # By quantiles, for single draws of linearised effects may lie far away.
+    fit_sd = (fit[0.95] - fit[0.05]) / _SD_OF_90
+    return float(np.sqrt(max(record_sd**2 - fit_sd**2, (_LEAST_SPREAD * record_sd) ** 2)))

@@ -10,7 +10,7 @@ import pytest
 
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
-from hdprog.inference.against_record import against_record
+from hdprog.inference.against_record import against_record, spread_of_gap
 from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prior_file import read_prior_file
@@ -51,8 +51,8 @@ def test_a_right_model_goes_where_the_record_does() -> None:
     found = against_record(fitted(0.0), REQUESTS)
     assert list(found) == [request.key for request in REQUESTS]
     for key, one in found.items():
-        spread = np.hypot(one.record_sd, (one.fit[0.95] - one.fit[0.05]) / 3.29)
-        assert abs(one.record - one.fit[0.50]) < 3 * spread, key
+        gap = one.record - one.fit[0.50]
+        assert abs(gap) < 3 * spread_of_gap(one.record_sd, one.fit), key
         assert not one.differs, key
 
 
