@@ -39,6 +39,6 @@ def _missed(test: TestResult, key: str, found: ReadOff) -> str:
     return (
         f"{capital(named.name)} read off the record itself is "
         f"{with_unit(record_words(key, found), named.unit)}, where {fit} has {middle} (90 %: {low} "
-        f"to {with_unit(high, named.unit)}). The fit misses it: go by the record, and do not trust "
-        f"a forecast of {named.name}."
+        f"to {with_unit(high, named.unit)}). The fit misses what was measured: do not trust it, or "
+        f"a forecast of {named.name}, before that is explained."
     )

@@ -28,7 +28,7 @@ def wearing(missed: str = LOST_MOTION) -> DriveResult:
 def test_it_stands_first_in_the_verdict_where_it_has_a_limit() -> None:
     said = verdict(wearing()).sentences[0]
     assert said.startswith("Test t03: Lost motion read off the record itself is ")
-    assert said.endswith("do not trust a forecast of lost motion.")
+    assert said.endswith("or a forecast of lost motion, before that is explained.")
     assert missed_sentences(wearing("hysteresis_width_arcmin")) == []
     assert missed_sentences(wearing("")) == []
 

@@ -145,8 +145,9 @@ def read_off(result: DriveResult) -> Table | None:
         "Read off the records themselves, no model in between, each at its own swing of torque: "
         "lines through the readings near a torque tell where its branches are (± one standard "
         "deviation of noise). Below it the same lines through the fitted curve, effects that were "
-        "found included, an empirical curve not. Good: both agree. Where the fit misses a figure "
-        "by more than chance, go by the record."
+        "found included, an empirical curve not. Good: both agree. Where the fit misses by "
+        "more than chance what was measured, of drive and rig together, find out why before you "
+        "act on the figure."
     )
     return Table.flat(caption, ("test", *(quantity(key).head for key in ordered)), rows)
 
