@@ -97,16 +97,15 @@ def _intervals(
     axes.axhline(0, color=INK, lw=0.8, zorder=1)
     for kind in _KINDS:
         both = {noise: chosen(fits, kind, model, noise) for noise in NOISES}
-        if kind == SMALL and quantity == "lost_motion_arcmin":
-            both = {noise: {} for noise in NOISES}  # too small to be read off
+        too_small = kind == SMALL and quantity == "lost_motion_arcmin"  # to be read off
         for name, repeats in both[WIDENED].items():
             start = place
             centre = _centre(repeats, quantity)
             for cycle, one in enumerate(repeats):
-                for noise in NOISES:
+                for noise in () if too_small else NOISES:
                     fit = one if noise == WIDENED else both[WHITE][name][cycle]
                     _interval(axes, place + _SHIFT[noise], fit, quantity, centre, reach)
-                if quantity in one.direct:
+                if quantity in one.direct and not too_small:
                     read = one.direct[quantity] / centre - 1
                     axes.plot([place - 0.36, place + 0.36], [read] * 2, color=INK, lw=1.8, zorder=5)
                 place += 1.0
@@ -118,13 +117,13 @@ def _intervals(
     axes.set(xlim=(-0.5, max(place, 1.0) - 0.5), ylim=(-reach, reach))
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:+.0%}")
     axes.grid(axis="x", visible=False)
-    axes.set_xticks(ticks, names if last else [""] * len(names), fontsize=8)
+    axes.set_xticks(ticks, names if last else [""] * len(names), fontsize=8, rotation=90)
     axes.tick_params(axis="x", length=0)
 
 
 def _state(name: str) -> str:
     kind, state = name.split(": ")
-    return f"{state.replace('_', chr(10))}\n{kind.split()[0]}"
+    return f"{state.replace('_', ' ')}, {kind.split()[0]}"
 
 
 def _natural(quantity: str, values: Any) -> Any:
