@@ -44,22 +44,30 @@ class Pair:
         return (1 - LEVEL) / 2 < self.above < (1 + LEVEL) / 2
 
 
-def disjoint_pairs(groups: Mapping[str, Sequence[Fit]], quantities: Sequence[str]) -> list[Pair]:
-    """Repeats 0 and 1, 2 and 3, …: none is used twice, so that the pairs are independent."""
+def disjoint_pairs(
+    groups: Mapping[str, Sequence[Fit]], quantities: Sequence[str], *, beside_readings: bool = False
+) -> list[Pair]:
+    """Repeats 0 and 1, 2 and 3, …: none is used twice, so that the pairs are independent.
+
+    Beside readings, what the records themselves show a figure to change by is taken off.
+    """
     return [
-        _pair(name, quantity, fits[at], fits[at + 1])
+        _pair(name, quantity, fits[at], fits[at + 1], beside_readings=beside_readings)
         for name, fits in groups.items()
         for at in range(0, len(fits) - 1, 2)
         for quantity in quantities
     ]
 
 
-def _pair(name: str, quantity: str, one: Fit, two: Fit) -> Pair:
+def _pair(name: str, quantity: str, one: Fit, two: Fit, *, beside_readings: bool) -> Pair:
     first, second = (np.array(fit.quantiles[quantity]) for fit in (one, two))
-    difference = second[:, None] - first[None, :]
+    change = 0.0
+    if beside_readings and quantity in one.direct and quantity in two.direct:
+        change = two.direct[quantity] - one.direct[quantity]
+    difference = second[:, None] - first[None, :] - change
     above = float((difference > 0).mean() + 0.5 * (difference == 0).mean())
     spread = np.hypot(one.sd[quantity], two.sd[quantity])
-    z = (two.mean[quantity] - one.mean[quantity]) / spread
+    z = (two.mean[quantity] - one.mean[quantity] - change) / spread
     contraction = min(one.contraction[quantity], two.contraction[quantity])
     return Pair(name, quantity, float(z), above, contraction)
 
