@@ -150,7 +150,8 @@ def _check_loop(
     except BadInputError as error:
         notes.problem(error)
         return None
-    quality = replace(assess(loop, drive), read_off=figures_of(loop, drive))
+    quality = assess(loop, drive)
+    quality = replace(quality, read_off=figures_of(loop, drive, quality.torque_noise))
     notes.loops.append((name, quality))
     first, *others = _facts(quality)
     notes.lines.append(f"{name}: {first}")

@@ -14,7 +14,6 @@ import numpy as np
 
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
-from hdprog.data.noise_level import channel_noise
 from hdprog.data.reduce import reduce_loop
 from hdprog.data.turning_points import turning_points
 from hdprog.physics.figures import ARCMIN_PER_RAD, LOST_MOTION_SHARE, FigureRequest
@@ -87,19 +86,19 @@ def readings(
     return found
 
 
-def figures_of(loop: Loop, drive: Drive | None = None) -> dict[str, float]:
+def figures_of(loop: Loop, drive: Drive | None, torque_noise: float) -> dict[str, float]:
     """Width and loss that a record shows, and lost motion where the rated torque is declared.
 
     Parameters
     ----------
     loop : the record
     drive : what is declared of the drive
+    torque_noise : standard deviation of a torque reading in Nm
     """
     rated = None if drive is None else drive.rated_torque
     requests = [FigureRequest("hysteresis_width_arcmin"), FigureRequest("hysteresis_loss_J")]
     requests += [] if rated is None else [FigureRequest("lost_motion_arcmin")]
-    noise = channel_noise(loop.torque, loop.time)
-    reduced = reduce_loop(loop, turning_points(loop.torque, time=loop.time), noise)
+    reduced = reduce_loop(loop, turning_points(loop.torque, time=loop.time), torque_noise)
     how = readings(reduced.path, requests, rated or 0.0)
     return {key: float(reading.of(reduced.angle)) for key, reading in how.items()}
 

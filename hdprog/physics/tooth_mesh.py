@@ -59,12 +59,11 @@ def mesh_area(magnitude: FloatArray, a: FloatArray, b: FloatArray, T_T: FloatArr
     meshing = np.minimum(magnitude, T_T)
     small = a * T_T < 1e-9 * b
     a_safe = np.where(small, 1.0, a)
-    bent = meshing * (a_safe / b)
+    at_end, bent = mesh_angle(meshing, a, b, T_T), meshing * (a_safe / b)
     # Below this, the difference loses its digits and four terms of its series are as good.
     few = np.minimum(bent, 1e-3)
     series = few**2 * (1 / 2 - few * (1 / 6 - few * (1 / 12 - few / 20)))
-    area = np.where(bent < 1e-3, series, (1 + bent) * np.log1p(bent) - bent) * (b / a_safe**2)
+    area = np.where(bent < 1e-3, series, (1 + bent) * a_safe * at_end - bent) * (b / a_safe**2)
     area = np.where(small, meshing**2 / (2 * b), area)
-    at_end = np.where(small, meshing / b, np.log1p(bent) / a_safe)
     beyond = magnitude - meshing
     return np.asarray(area + beyond * (at_end + 0.5 * beyond / (a * T_T + b)))
