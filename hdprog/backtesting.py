@@ -26,7 +26,7 @@ from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import Prior
 from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
 from hdprog.outcome import in_a_line, write_beside_report
-from hdprog.parallel import hold_blas_to_one_thread, process_executor, spread_over
+from hdprog.parallel import prepare_numerics, process_executor, spread_over
 from hdprog.results import Provenance
 from hdprog.tests_of_drive import fit_tests, with_rated_torque
 from hdprog.trend.loop_evidence import FittedLoop
@@ -112,7 +112,7 @@ def backtest(
     path = as_path(path, "path", "the path of a drive folder, or of a folder with some below it")
     seed = checked_seed(seed)
     started = time.perf_counter()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     read: list[_ReadDrive] = []
     left_out: list[tuple[str, str]] = []
     folders = _of_drives(path)

@@ -20,7 +20,7 @@ from hdprog.data.loop import Loop
 from hdprog.inference.prepare import prepare
 from hdprog.inference.until_converged import FULL, QUICK
 from hdprog.outcome import in_a_line, write_beside_report
-from hdprog.parallel import hold_blas_to_one_thread, process_executor, spread_over
+from hdprog.parallel import prepare_numerics, process_executor, spread_over
 from hdprog.physics.other_models import MODELS
 from hdprog.results import Provenance
 
@@ -110,7 +110,7 @@ def compare(
     rng, recorded = randomness(rng, seed)
     loop, drive = checked_record(loop, drive)
     started = time.perf_counter()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     prepared = prepare(loop, drive, rng)
     cycle = SteadyCycle.of(prepared.record_course, prepared.operation.reference_torque)
     reasons = {model.id: model.missing(prepared.record_course) for model in MODELS}

@@ -1,7 +1,8 @@
-"""Executors: serial, or one process a core, with BLAS held to one thread in each."""
+"""Executors: serial, or one process a core, with numerics prepared for that in each."""
 
 from __future__ import annotations
 
+import ctypes
 import multiprocessing
 import os
 import signal
@@ -9,10 +10,12 @@ import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 
 _single_thread: object = None
+_MIB = 2**20
+_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # of glibc's malloc.h
 Result = TypeVar("Result")
 
 
@@ -23,12 +26,23 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-def hold_blas_to_one_thread() -> None:
-    """Keep linear algebra on one thread: matrices are small and the processes fill the cores."""
+def prepare_numerics() -> None:
+    """Hold linear algebra to one thread and let freed memory be used again.
+
+    Matrices are small and the processes fill the cores. Arrays of a fit are some hundred kB each,
+    made and freed thousands of times a second; given back to the system every time, as glibc does
+    of its own accord, they cost more in pages that are mapped anew than the arithmetic in them.
+    """
     from threadpoolctl import threadpool_limits
 
     global _single_thread
     _single_thread = threadpool_limits(limits=1)
+    if not sys.platform.startswith("linux"):
+        return
+    with suppress(OSError, AttributeError):  # other C libraries have no such setting
+        mallopt = ctypes.CDLL(None).mallopt
+        mallopt(_MMAP_THRESHOLD, 16 * _MIB)
+        mallopt(_TRIM_THRESHOLD, 64 * _MIB)
 
 
 @contextmanager
@@ -113,7 +127,7 @@ def _prepare_worker() -> None:
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    hold_blas_to_one_thread()
+    prepare_numerics()
 
 
 def _end_with_parent() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from hdprog.inference.until_converged import FULL, QUICK
 from hdprog.outcome import write_beside_report
-from hdprog.parallel import hold_blas_to_one_thread, process_executor, spread_over
+from hdprog.parallel import prepare_numerics, process_executor, spread_over
 from hdprog.physics.figures import ARCMIN_PER_RAD
 from hdprog.reproduction import mesh, records, sensitivity, stiffness
 from hdprog.reproduction.results import BranchPair, Finding, Recovery, Reproduction
@@ -88,7 +88,7 @@ def reproduce_paper(
     progress : called with stage, done, total
     """
     started = time.perf_counter()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     seeds = np.random.SeedSequence(seed).spawn(3)
     with process_executor(workers) as executor:
         spread = spread_over(executor)

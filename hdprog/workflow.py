@@ -30,7 +30,7 @@ from hdprog.inference.until_converged import FULL, QUICK
 from hdprog.outcome import ExplainOutcome, Outcome, import_for_writing
 from hdprog.parallel import (
     begin,
-    hold_blas_to_one_thread,
+    prepare_numerics,
     process_executor,
     spread_over,
     while_waiting,
@@ -104,7 +104,7 @@ def fit(
     rng, recorded = randomness(rng, seed)
     loop, drive = checked_record(loop, drive)
     started = time.perf_counter()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     paper = identify_record(loop, drive) if method == "paper" else None
     with process_executor() as executor, while_waiting(executor, import_for_writing):
         posterior = fit_loop(
@@ -185,7 +185,7 @@ def explain(
     rng, recorded = randomness(rng, seed)
     loop, drive = checked_record(loop, drive)
     started = time.perf_counter()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     plan = QUICK if quick else FULL
     prepared = prepare(loop, drive, rng)
     with process_executor(workers) as executor, while_waiting(executor, import_for_writing):
@@ -276,7 +276,7 @@ def run(
         )
     seconds: dict[str, float] = {}
     started = time.perf_counter()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     declared = folder.drive
     prior, on_prior = prior_of_drive(declared, scales_of(loops[0]))
     folder, on_torque = with_rated_torque(folder, loops)

@@ -45,6 +45,6 @@ def measured_data() -> Path:
 @pytest.fixture(scope="session", autouse=True)
 def _one_thread_of_linear_algebra() -> None:
     """Threads of small matrix products only get in each other's way beside parallel tests."""
-    from hdprog.parallel import hold_blas_to_one_thread
+    from hdprog.parallel import prepare_numerics
 
-    hold_blas_to_one_thread()
+    prepare_numerics()

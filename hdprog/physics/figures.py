@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hdprog.physics.drive_model import elastic_angle, slip
+from hdprog.physics.drive_model import slip
+from hdprog.physics.elastic import elastic_angle
 from hdprog.physics.parameters import FloatArray, Parameters
 from hdprog.physics.torque_path import TorquePath
 

@@ -83,3 +83,8 @@ def in_support(parameters: Parameters, alpha: float) -> NDArray[np.bool_]:
     for name in ("a", "T_T", "T_i"):
         inside = inside & (np.asarray(parameters[name]) >= 0)
     return np.asarray(inside)
+
+
+def column(value: FloatArray) -> FloatArray:
+    """A scalar or `(draws,)` array as `(draws, 1)`."""
+    return np.reshape(np.asarray(value, dtype=np.float64), (-1, 1))

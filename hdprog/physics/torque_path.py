@@ -74,6 +74,11 @@ class TorquePath:
         near = self.is_around_zero(self.torque, self.half_width)
         return np.flatnonzero(near if near.ndim == 1 else near.any(axis=0))
 
+    @cached_property
+    def mesh_coefficients(self) -> dict[tuple[int, int], FloatArray]:
+        """Kept between calls: what `elastic` has worked out along this path."""
+        return {}
+
     @staticmethod
     def is_around_zero(torque: FloatArray, half_width: FloatArray) -> NDArray[np.bool_]:
         """Whether blocks of so much torque to both sides of their middle are around zero."""

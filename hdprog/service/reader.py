@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from hdprog.errors import HdprogError
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from hdprog.service.readout import ReadOut, read_record, refused
 
 MEMORY = 3 << 30  # bytes of address space that reading one record may take
@@ -22,7 +22,7 @@ MEMORY = 3 << 30  # bytes of address space that reading one record may take
 def main() -> None:
     """Answer orders until the input ends."""
     _limit_memory()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what is printed is no answer
     for line in sys.stdin:

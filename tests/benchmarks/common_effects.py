@@ -30,7 +30,7 @@ from hdprog.discovery.search import Traced
 from hdprog.discovery.sharing import gain_of_steps
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import RecordScales
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from hdprog.tests_of_drive import trace_tests
 from tests.benchmarks.code_state import digest, imported_by
 from tests.independent.drives import LAWS
@@ -74,7 +74,7 @@ def found_on(drive: tuple[int, str | None, float], tests: int) -> Found:
     tests : how many
     """
     number, effect, amplitude = drive
-    hold_blas_to_one_thread()
+    prepare_numerics()
     amplitudes = {} if effect is None else {effect: amplitude}
     case = replace(CASES[0], amplitudes=amplitudes, law=LAWS[number % len(LAWS)])
     with tempfile.TemporaryDirectory() as place:

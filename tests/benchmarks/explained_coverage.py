@@ -31,7 +31,7 @@ from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.until_converged import QUICK
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from hdprog.physics.figures import FigureRequest
 from tests.benchmarks.code_state import digest, imported_by
 from tests.benchmarks.effects.loops import LISTED, Case, NotDrawable, draw
@@ -199,7 +199,7 @@ def main() -> None:
     ]
     left = [(case, index) for case, index in wanted if (case.name, index) not in done]
     RESULTS.mkdir(exist_ok=True)
-    with ProcessPoolExecutor(asked.workers, initializer=hold_blas_to_one_thread) as executor:
+    with ProcessPoolExecutor(asked.workers, initializer=prepare_numerics) as executor:
         running = [executor.submit(measured, case, index, code) for case, index in left]
         for finished in as_completed(running):
             with LINES.open("a", encoding="utf-8") as file:

@@ -21,7 +21,7 @@ from hdprog.atomic import atomic_write_text
 from hdprog.config import Drive, ForecastSettings
 from hdprog.forecast.crossing import forecast
 from hdprog.forecast.scores import covers, crps
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.wear_prior import read_wear_prior
 from hdprog.trend.what_tests_say import what_tests_say
@@ -65,7 +65,7 @@ def main() -> None:
     parser.add_argument("--others", type=int, default=6)
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     shipped = read_wear_prior()
     alone: list[tuple[float, ...]] = []
     taught: list[tuple[float, ...]] = []

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from hdprog.atomic import atomic_write_text
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from tests.benchmarks.code_state import digest, imported_by
 from tests.benchmarks.whole_drive import COMMAND, EXIT_CODES
 from tests.independent.drives import LAWS, WearingDrive, first_crossing, random_wear
@@ -231,7 +231,7 @@ def main() -> None:
     parser.add_argument("--each", type=int, default=16)
     parser.add_argument("--file", type=Path, default=RESULTS)
     asked = parser.parse_args()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     drives = []
     with tempfile.TemporaryDirectory() as place:
         for effect in FIGURES:

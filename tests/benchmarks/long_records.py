@@ -40,7 +40,7 @@ from hdprog.inference.prepare import settle_noise
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.starting_points import describe
 from hdprog.inference.summarise import figure_requests
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from hdprog.physics.figures import figures
 from hdprog.physics.parameters import NAMES, FloatArray
 from tests.independent.loops import LoopKind, LoopRecord, random_loop
@@ -204,7 +204,7 @@ def main() -> None:
     parser.add_argument("--records", type=int, default=8 * len(KINDS))
     parser.add_argument("--workers", type=int, default=2)
     asked = parser.parse_args()
-    with ProcessPoolExecutor(asked.workers, initializer=hold_blas_to_one_thread) as executor:
+    with ProcessPoolExecutor(asked.workers, initializer=prepare_numerics) as executor:
         found = list(executor.map(one, range(asked.records)))
     results = {
         "seed": SEED,

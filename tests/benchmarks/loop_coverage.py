@@ -23,7 +23,7 @@ from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.prior_file import read_prior_file
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from hdprog.physics.parameters import NAMES
 from tests.independent.loops import KINDS, random_loop
 
@@ -75,7 +75,7 @@ def main() -> None:
     parser.add_argument("--loops", type=int, default=100)
     parser.add_argument("--workers", type=int, default=2)
     asked = parser.parse_args()
-    with ProcessPoolExecutor(asked.workers, initializer=hold_blas_to_one_thread) as executor:
+    with ProcessPoolExecutor(asked.workers, initializer=prepare_numerics) as executor:
         found = list(executor.map(fitted, range(asked.loops)))
     below = np.array([one.below for one in found])
     kinds = np.array([one.kind for one in found])

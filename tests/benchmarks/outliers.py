@@ -29,7 +29,7 @@ from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.summarise import figure_requests
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from hdprog.physics.parameters import FloatArray
 from tests.independent.loops import KINDS as PROGRAMMES
 from tests.independent.loops import random_loop
@@ -141,7 +141,7 @@ def main() -> None:
     parser.add_argument("--records", type=int, default=6 * len(KINDS) * len(PROGRAMMES))
     parser.add_argument("--workers", type=int, default=2)
     asked = parser.parse_args()
-    with ProcessPoolExecutor(asked.workers, initializer=hold_blas_to_one_thread) as executor:
+    with ProcessPoolExecutor(asked.workers, initializer=prepare_numerics) as executor:
         found = list(executor.map(one, range(asked.records)))
     by_kind = {kind.name: [each for each in found if each.kind == kind.name] for kind in KINDS}
     results = {

@@ -29,7 +29,7 @@ from hdprog.inference.against_record import against_record, spread_of_gap
 from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.until_converged import QUICK
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from tests.benchmarks.code_state import digest, imported_by
 from tests.benchmarks.effects.loops import LISTED, UNLISTED, Case, NotDrawable, draw
 from tests.benchmarks.explained_coverage import DRIVE, FIGURES
@@ -129,7 +129,7 @@ def main() -> None:
     work = [(NOISE[index % len(NOISE)], index) for index in range(asked.clean)]
     effects = (*LISTED, *UNLISTED)
     work += [(f"{name}@{SIZE}", index) for index in range(asked.per_effect) for name in effects]
-    with ProcessPoolExecutor(asked.workers, initializer=hold_blas_to_one_thread) as executor:
+    with ProcessPoolExecutor(asked.workers, initializer=prepare_numerics) as executor:
         found = [one for each in executor.map(measured, work) for one in each]
     results = summary(found)
     atomic_write_text(RESULTS, json.dumps(results, indent=1) + "\n")

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from hdprog.atomic import atomic_write_text
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from tests.benchmarks.code_state import digest, imported_by
 from tests.benchmarks.growing_effects import (
     HANGS_ON,
@@ -57,7 +57,7 @@ def main() -> None:
     parser.add_argument("--drives", type=int, default=8)
     parser.add_argument("--file", type=Path, default=RESULTS)
     asked = parser.parse_args()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     drives = []
     with tempfile.TemporaryDirectory() as place:
         for number in range(asked.drives):

@@ -25,7 +25,7 @@ from hdprog.data.drive_folder import read_drive_folder, read_test_loop
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import RecordScales
 from hdprog.inference.until_converged import FULL
-from hdprog.parallel import cores, hold_blas_to_one_thread, process_executor
+from hdprog.parallel import cores, prepare_numerics, process_executor
 from hdprog.tests_of_drive import FittedTest, fit_tests
 
 RESULTS = Path(__file__).parent / "results" / "two_cores.json"
@@ -52,7 +52,7 @@ def main() -> None:
     parser.add_argument("--copies", type=int, default=2)
     parser.add_argument("--rounds", type=int, default=3)
     asked = parser.parse_args()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     rounds = []
     for _ in range(asked.rounds):
         load = os.getloadavg()[0]

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from hdprog.atomic import atomic_write_text
-from hdprog.parallel import cores, hold_blas_to_one_thread
+from hdprog.parallel import cores, prepare_numerics
 from tests.make_undeclared_effect import CASES, write_case
 
 RESULTS = Path(__file__).parent / "results" / "whole_drive.json"
@@ -73,7 +73,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=2)
     asked = parser.parse_args()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     runs = []
     with tempfile.TemporaryDirectory() as place:
         drives = [WEARING]

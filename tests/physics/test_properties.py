@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hdprog.errors import BadInputError
-from hdprog.physics.drive_model import elastic_angle, predict, slip_envelope, torsion_angle
+from hdprog.physics.drive_model import predict, slip_envelope, torsion_angle
+from hdprog.physics.elastic import elastic_angle
 from hdprog.physics.figures import (
     FigureRequest,
     Operation,

@@ -31,7 +31,7 @@ from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import prepare, settle_noise
 from hdprog.inference.until_converged import QUICK
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from tests.benchmarks.calibration import Outcome, read_outcomes
 from tests.benchmarks.calibration.faults import (
     INTERVALS,
@@ -131,7 +131,7 @@ def is_refitted(index: int) -> bool:
 def outcomes(loops: Sequence[int], workers: int) -> Iterator[Outcome]:
     """Outcomes as they come."""
     code = state_of_code()
-    with ProcessPoolExecutor(workers, initializer=hold_blas_to_one_thread) as executor:
+    with ProcessPoolExecutor(workers, initializer=prepare_numerics) as executor:
         futures = [
             executor.submit(measured, index, code, refit=is_refitted(index)) for index in loops
         ]

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from hdprog.atomic import atomic_write_text
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from tests.benchmarks.degradation.series import STUDIES, read_series
 from tests.benchmarks.degradation.study import ALONE, LINE, POOLED, Score, forecasts
 
@@ -93,7 +93,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True)
     options = parser.parse_args()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     results: dict[str, Any] = {
         "command": "python -m tests.benchmarks.degradation.run --data DIR",
         "seed": SEED,

@@ -36,7 +36,7 @@ from hdprog.discovery.search import Traced, trace
 from hdprog.discovery.separating import indistinguishable
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import read_prior_file
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from tests.benchmarks.code_state import digest, imported_by
 from tests.benchmarks.effects import Outcome, read_outcomes
 from tests.benchmarks.effects.loops import (
@@ -136,7 +136,7 @@ def wanted(asked: argparse.Namespace) -> list[tuple[Case, int]]:
 def outcomes(loops: list[tuple[Case, int]], workers: int) -> Iterator[Outcome]:
     """Outcomes as they come."""
     code = state_of_code()
-    with ProcessPoolExecutor(workers, initializer=hold_blas_to_one_thread) as executor:
+    with ProcessPoolExecutor(workers, initializer=prepare_numerics) as executor:
         futures = [executor.submit(measured, case, index, code) for case, index in loops]
         try:
             for future in as_completed(futures):

@@ -30,7 +30,7 @@ from hdprog.forecast.limits import request_of
 from hdprog.forecast.scores import probability_integral_transform
 from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.until_converged import QUICK
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
@@ -174,7 +174,7 @@ def run(count: int, file: Path, workers: int) -> None:
     print(f"{count} drives asked for, {len(left)} of them to do")
     file.parent.mkdir(parents=True, exist_ok=True)
     with (
-        ProcessPoolExecutor(workers, initializer=hold_blas_to_one_thread) as executor,
+        ProcessPoolExecutor(workers, initializer=prepare_numerics) as executor,
         file.open("a", encoding="utf-8") as stream,
     ):
         futures = [executor.submit(measured, index) for index in left]

@@ -32,7 +32,7 @@ from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare, settle_noise
 from hdprog.inference.starting_points import StartingPoint, starting_points
 from hdprog.inference.until_converged import FULL, SamplingPlan
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from hdprog.physics.parameters import FloatArray
 from tests.benchmarks.calibration.loops import DRIVE, PRIOR
 from tests.benchmarks.code_state import digest, imported_by, prior_file
@@ -254,7 +254,7 @@ def main() -> None:
     parser.add_argument("--case", choices=[case.name for case in CASES], help="this one, anew")
     parser.add_argument("--summary", action="store_true", help="only make the summary anew")
     asked = parser.parse_args()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     for case in CASES:
         wanted = case.name == asked.case if asked.case else read(case) is None
         if asked.summary or not wanted:

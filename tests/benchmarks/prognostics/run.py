@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from hdprog.atomic import atomic_write_text
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from tests.benchmarks.code_state import digest, imported_by, prior_file
 from tests.benchmarks.prognostics import law_not_told
 from tests.benchmarks.prognostics.fleets import KINDS, SEED, Fleet, Kind, fleet
@@ -169,7 +169,7 @@ def main() -> None:
     parser.add_argument("--bound", action="store_true", help="only run what is not told the law")
     parser.add_argument("--summary", action="store_true", help="only make the summary anew")
     asked = parser.parse_args()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     if not asked.summary:
         complete(NOT_TOLD, {"law_not_told": law_not_told.learn}, state_of_bound())
         if not asked.bound:

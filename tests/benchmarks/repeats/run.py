@@ -22,7 +22,7 @@ from functools import lru_cache, partial
 from pathlib import Path
 
 from hdprog.atomic import atomic_write_text
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from tests.benchmarks.code_state import digest, imported_by
 from tests.benchmarks.repeats import DRIVE, MODELS, Fit, read_fits
 from tests.benchmarks.repeats.control import control_fits, name_of
@@ -88,7 +88,7 @@ def main() -> None:
     parser.add_argument("--picture", type=Path, default=PICTURE)
     parser.add_argument("--summary", action="store_true", help="only make the summary anew")
     asked = parser.parse_args()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     if not asked.summary:
         run(jobs(asked.data, asked.control, asked.only), asked.file)
     found, unreadable = read_fits(asked.file)

@@ -33,7 +33,7 @@ from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.noise import NoiseModel
 from hdprog.inference.sampler import RidgePosterior, initial_states
 from hdprog.inference.starting_points import StartingPoint, starting_points
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from hdprog.physics.drive_model import predict
 from hdprog.physics.parameters import NAMES, FloatArray
 from tests.benchmarks.calibration.loops import DRIVE, TWO_SIDED, prior_of
@@ -317,7 +317,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--folder", type=Path, default=RESULTS)
     asked = parser.parse_args()
-    hold_blas_to_one_thread()
+    prepare_numerics()
     times, off = [], 0.0
     for blocks, averaged in RECORDS:
         these, deviates = timed(record(blocks, averaged=averaged))

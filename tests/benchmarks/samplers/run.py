@@ -34,7 +34,7 @@ import numpy as np
 import hdprog
 from hdprog.atomic import atomic_write_text
 from hdprog.inference.lazy_arviz import arviz
-from hdprog.parallel import hold_blas_to_one_thread
+from hdprog.parallel import prepare_numerics
 from tests.benchmarks.code_state import digest, imported_by
 from tests.benchmarks.rounded import rounded
 from tests.benchmarks.samplers import Outcome, read_outcomes
@@ -84,7 +84,7 @@ def state_of_code() -> str:
 
 def on_one_core(core: int | None) -> None:
     """Bind this process, and what the peers start in it, to one core."""
-    hold_blas_to_one_thread()
+    prepare_numerics()
     os.environ.setdefault("XLA_FLAGS", _ONE_THREAD)
     os.environ.setdefault("NUMBA_NUM_THREADS", "1")
     if hasattr(os, "sched_setaffinity"):

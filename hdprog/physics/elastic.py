@@ -1,0 +1,120 @@
+"""Elastic torsion of the cup and the tooth mesh, the part of the angle without a memory."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from hdprog.physics.mesh_polynomials import coefficients, ends_of, polynomials
+from hdprog.physics.parameters import FloatArray, Parameters, column
+from hdprog.physics.tooth_mesh import mesh_angle, mesh_angle_as_printed, mesh_area
+from hdprog.physics.torque_path import TorquePath
+
+ToothMesh = Literal["continuum", "as_printed"]
+
+
+def elastic_angle(
+    path: TorquePath,
+    parameters: Parameters,
+    tooth_mesh: ToothMesh = "continuum",
+    negative: Parameters | None = None,
+) -> FloatArray:
+    """Cup and tooth-mesh torsion T/K_F + Δθ_T(T), mirrored for negative torque.
+
+    Where samples are block averages, the mesh's curvature times the variance of torque inside
+    the block is added, so that the average of the angle is compared with the average. In blocks
+    around zero torque, where the mesh may bend within the block, the average is exact.
+
+    Parameters
+    ----------
+    path : the torque history
+    parameters, negative : of the drive, and of its negative side where that has its own
+
+    Returns
+    -------
+    (draws, samples) angle in rad
+    """
+    torque = path.torque
+    if negative is not None:
+        here = elastic_angle(path, parameters, tooth_mesh)
+        return np.where(torque < 0, elastic_angle(path, negative, tooth_mesh), here)
+    columns = (column(parameters[name]) for name in ("K_F", "a", "b", "T_T"))
+    K_F, a, b, T_T = np.broadcast_arrays(*columns)
+    if tooth_mesh == "as_printed":
+        teeth = mesh_angle_as_printed(np.abs(torque), a, b, T_T) * np.sign(torque)
+    else:
+        ends = ends_of(a / b, torque) if torque.ndim == 1 else None
+        if ends is not None:
+            return _by_polynomials(path, ends, K_F, a, b, T_T)
+        teeth = _teeth(path, a, b, T_T)
+    teeth += torque * (1 / K_F)
+    return teeth
+
+
+def _teeth(path: TorquePath, a: FloatArray, b: FloatArray, T_T: FloatArray) -> FloatArray:
+    """Torsion of the tooth mesh, (draws, samples) in rad, of a, b, T_T (draws, 1)."""
+    magnitude = np.abs(path.torque)
+    angle = mesh_angle(magnitude, a, b, T_T)
+    if path.variance is not None:
+        # Half the curvature a/(a T + b)² is 1/(T √(2a) + b √(2/a))².
+        bend = magnitude * np.sqrt(2 * a)
+        bend += b * np.sqrt(2 / a)
+        bend *= bend
+        np.divide(path.variance, bend, out=bend)
+        bend *= magnitude < T_T
+        angle -= bend
+    angle *= np.sign(path.torque)
+    if path.variance is not None and path.around_zero.size:
+        average = _average_around_zero(path, a, b, T_T)
+        at = path.around_zero
+        # Of torque by draw, some draws of a block may lie farther off.
+        near = path.is_around_zero(path.torque[..., at], path.half_width[at])
+        angle[:, at] = np.where(near, average, angle[:, at])
+    return angle
+
+
+def _average_around_zero(
+    path: TorquePath, a: FloatArray, b: FloatArray, T_T: FloatArray
+) -> FloatArray:
+    """Exact averages of the mesh's torsion in the blocks around zero torque, (draws, blocks).
+
+    Torque is even inside a block, so that its average is a difference of areas.
+    """
+    torque, half = path.torque[..., path.around_zero], path.half_width[path.around_zero]
+    above, below = np.abs(torque + half), np.abs(torque - half)
+    return (mesh_area(above, a, b, T_T) - mesh_area(below, a, b, T_T)) / (2 * half)
+
+
+def _teeth_below(path: TorquePath, ratio: FloatArray) -> FloatArray:
+    """F of `mesh_polynomials` at ratios a/b (ratios, 1): the torsion of no end T_T, times b."""
+    return _teeth(path, ratio, np.ones_like(ratio), np.full_like(ratio, np.inf))
+
+
+def _by_polynomials(
+    path: TorquePath,
+    ends: tuple[int, int],
+    K_F: FloatArray,
+    a: FloatArray,
+    b: FloatArray,
+    T_T: FloatArray,
+) -> FloatArray:
+    """The same as the torsion sample by sample, for many draws along one path."""
+    torque, magnitude = path.torque, np.abs(path.torque)
+    if ends not in path.mesh_coefficients:
+        found = coefficients(lambda ratio: _teeth_below(path, ratio), *ends)
+        path.mesh_coefficients[ends] = np.vstack([found, torque])
+    rows = np.concatenate([polynomials(a / b, *ends) / b, 1 / K_F], axis=1)
+    angle = np.asarray(rows @ path.mesh_coefficients[ends])
+    least = float(T_T.min())
+    if least <= magnitude.max():
+        stiffness = a * T_T + b
+        lag = mesh_angle(T_T, a, b, T_T) - T_T / stiffness
+        line = np.concatenate([1 / stiffness + 1 / K_F, lag], axis=1)
+        beyond = line @ np.stack([torque, np.sign(torque)])
+        angle = np.where(magnitude < T_T, angle, beyond)
+    if path.variance is not None and path.around_zero.size:
+        at = path.around_zero
+        if least < np.max(np.abs(torque[at]) + path.half_width[at]):
+            angle[:, at] = _average_around_zero(path, a, b, T_T) + torque[at] * (1 / K_F)
+    return angle

@@ -1,0 +1,95 @@
+"""Many draws' teeth by polynomials are those of each draw by itself, whatever the draws."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from hdprog.physics import mesh_polynomials
+from hdprog.physics.elastic import elastic_angle
+from hdprog.physics.mesh_polynomials import ends_of
+from hdprog.physics.torque_path import TorquePath
+
+DRAWS = 40
+TURNS = (0.3, 60.0, -55.0, 48.0)
+
+
+def blocks(spread: float = 0.6) -> TorquePath:
+    """Blocks along a two-sided loop, some of them around zero torque."""
+    ramps = [np.linspace(a, b, 30) for a, b in itertools.pairwise(TURNS)]
+    path = TorquePath.exact(np.concatenate(ramps))
+    return TorquePath(path.torque, path.starts, path.rising, np.full(path.torque.size, spread**2))
+
+
+def draws(width: float, T_T: float, log_ratio: float = 0.1) -> dict[str, np.ndarray]:
+    """Draws whose log(a/b) spreads over a width, and whose T_T by a tenth."""
+    rng = np.random.default_rng(20261128)
+    b = 15_000 * np.exp(rng.uniform(-0.1, 0.1, DRAWS))
+    ratio = np.exp(log_ratio + width * np.linspace(-0.5, 0.5, DRAWS))
+    ends = T_T * np.exp(rng.uniform(-0.1, 0.1, DRAWS))
+    return {"K_F": rng.uniform(2e4, 4e4, DRAWS), "a": b * ratio, "b": b, "T_T": ends}
+
+
+def one_by_one(path: TorquePath, values: dict[str, np.ndarray]) -> np.ndarray:
+    each = [{name: value[[k]] for name, value in values.items()} for k in range(DRAWS)]
+    return np.vstack([elastic_angle(path, one) for one in each])
+
+
+def error(path: TorquePath, values: dict[str, np.ndarray]) -> float:
+    """Largest, over the largest angle."""
+    alone = one_by_one(path, values)
+    assert not path.mesh_coefficients
+    together = elastic_angle(path, values)
+    assert path.mesh_coefficients, "polynomials were not used"
+    return float(np.abs(together - alone).max() / np.abs(alone).max())
+
+
+@pytest.mark.parametrize("T_T", [0.0, 0.4, 3.0, 14.0, 58.0, 400.0])
+@pytest.mark.parametrize("width", [0.0, 0.7, 1.9, 2.9])
+@pytest.mark.parametrize("log_ratio", [-12.0, -3.1, 0.1, 3.4])
+def test_together_as_one_by_one(width: float, T_T: float, log_ratio: float) -> None:
+    values = draws(width, T_T, log_ratio)
+    assert error(blocks(), values) < 2e-14
+    path = TorquePath.exact(blocks().torque)
+    assert error(path, values) < 2e-14
+
+
+def test_one_size_for_all_draws_will_do() -> None:
+    values = draws(0.7, 14.0) | {"K_F": np.array(3e4), "T_T": np.array(14.0)}
+    filled = {name: np.broadcast_to(value, DRAWS) for name, value in values.items()}
+    path = blocks()
+    np.testing.assert_array_equal(elastic_angle(path, values), elastic_angle(path, filled))
+
+
+def test_too_few_polynomials_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mesh_polynomials, "_ERROR", 1e-6)
+    assert error(blocks(), draws(1.9, 14.0)) > 1e-11
+
+
+def test_each_pair_of_ends_has_its_own_coefficients() -> None:
+    path = blocks()
+    for log_ratio in (0.1, 3.4, 0.1):
+        values = draws(0.7, 14.0, log_ratio)
+        together = elastic_angle(path, values)
+        np.testing.assert_allclose(together, one_by_one(path, values), rtol=1e-12, atol=1e-18)
+    assert len(path.mesh_coefficients) == 2
+
+
+@pytest.mark.parametrize(
+    ("ratio", "samples"),
+    [
+        (np.full((5, 1), 0.9), 90),
+        (np.full((40, 1), 0.9), 20),
+        (np.append(np.full(39, 0.9), 0.0)[:, None], 90),
+        (np.geomspace(1e-4, 1e4, 4000)[:, None], 90),
+        (np.append(np.full(39, 0.9), math.nan)[:, None], 90),
+    ],
+    ids=["few draws", "few torques", "a is zero", "far apart", "no number"],
+)
+def test_where_polynomials_do_not_pay_there_are_none(ratio: np.ndarray, samples: int) -> None:
+    torque = np.linspace(-60.0, 60.0, samples)
+    assert ends_of(ratio, torque) is None
+    assert ends_of(np.full((40, 1), 0.9), np.linspace(-60.0, 60.0, 90)) == (-1, 0)
