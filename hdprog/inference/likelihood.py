@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from hdprog.data.reduce import ReducedLoop
 from hdprog.inference.noise import NoiseModel
 from hdprog.inference.priors import Prior
+from hdprog.inference.stepped_angles import stepped_angles
 from hdprog.inference.within_blocks import WithinBlocks
 from hdprog.physics.course import Course
 from hdprog.physics.drive_model import torsion_angle
@@ -324,8 +325,7 @@ class LoopLikelihood:
 
         Central differences: at a kink (a reversal, the teeth's threshold) both sides count.
         """
-        both = np.vstack([_STEP * np.eye(self.size), -_STEP * np.eye(self.size)])
-        residual = self.residual(point + np.vstack([np.zeros(self.size), both]))
+        residual = self._residuals_about(point[None], _STEP, -_STEP)[0]
         derivative = (residual[1 : self.size + 1] - residual[self.size + 1 :]) / (2 * _STEP)
         return residual[0], derivative.T
 
@@ -336,11 +336,15 @@ class LoopLikelihood:
         -------
         (points, blocks) and (points, blocks, size)
         """
-        near = np.repeat(points[:, None, :], self.size + 1, axis=1)
-        near[:, 1:] += _STEP * np.eye(self.size)
-        residual = self.residual(near.reshape(-1, self.size)).reshape(*near.shape[:2], self.blocks)
+        residual = self._residuals_about(points, _STEP)
         derivative = (residual[:, 1:] - residual[:, :1]) / _STEP
         return residual[:, 0], derivative.transpose(0, 2, 1)
+
+    def _residuals_about(self, points: FloatArray, *steps: float) -> FloatArray:
+        """`residual` where `stepped_angles` leads from points (points, size)."""
+        angles = stepped_angles(self, points, steps)
+        projected = self.project(angles.reshape(-1, self.blocks))
+        return np.asarray(self._data - projected.reshape(angles.shape))
 
 
 def sigmoid(value: FloatArray) -> FloatArray:

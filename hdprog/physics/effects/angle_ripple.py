@@ -26,6 +26,7 @@ class AngleRipple(Effect):
         "Align or recalibrate the encoder (offset, gain and phase of its two signals); the drive "
         "is not at fault."
     )
+    follows_angle = True
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
         """Period in rad, amplitudes in rad."""

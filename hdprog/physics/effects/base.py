@@ -100,6 +100,8 @@ class Effect(ABC):
         cycle of the figures of merit
     at_torque : whether what it adds to the angle sits at a torque of the drive, not at one of the
         sensor's: errors of the reading are taken out of the course that it is given
+    follows_angle : whether what it adds to the angle hangs on the drive model's, not on the course
+        alone
     divides_width : whether the loop's width divides between it and the drive's own friction by the
         shape that it is given here, of which intervals know only what is near it
     """
@@ -112,6 +114,7 @@ class Effect(ABC):
     lasting: ClassVar[bool] = False
     static: ClassVar[bool] = False
     at_torque: ClassVar[bool] = False
+    follows_angle: ClassVar[bool] = False
     divides_width: ClassVar[bool] = False
 
     def __eq__(self, other: object) -> bool:
@@ -132,7 +135,8 @@ class Effect(ABC):
         ----------
         course : the record's coordinates; its torque may be (draws, samples) if `at_torque`
         values : physical values by name, (draws, 1) each
-        angle : (draws, samples) angle of the drive model in rad
+        angle : (draws, samples) angle of the drive model in rad; of effects that do not follow it,
+            any array of so many samples
 
         Returns
         -------

@@ -91,10 +91,11 @@ class EffectSet:
     def held(self, course: Course, values: dict[str, Values]) -> EffectsHeld:
         """The effects at one set of values along one course, worked out as far as it goes."""
         path = self.corrected_path(course, values)
-        two, seen = np.stack([course.load, 2 * course.load]), _seen_from(course, path)
-        evaluated = [one.evaluate(seen(one), values[one.id], two) for one in self.angle_effects]
-        # Where the angles of two drives make no difference there is one row.
-        known = tuple(None if len(angle) > 1 else angle for angle in evaluated)
+        seen = _seen_from(course, path)
+        known = tuple(
+            None if one.follows_angle else one.evaluate(seen(one), values[one.id], course.load)
+            for one in self.angle_effects
+        )
         return EffectsHeld(self, course, values, path, known)
 
     def corrected_path(self, course: Course, values: dict[str, Values]) -> TorquePath:
