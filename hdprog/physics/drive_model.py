@@ -18,7 +18,9 @@ from hdprog.physics.predict_arguments import checked_alpha, checked_draws
 from hdprog.physics.torque_path import TorquePath
 
 
-def slip_envelope(pushed: FloatArray, parameters: Parameters, alpha: float) -> FloatArray:
+def slip_envelope(
+    pushed: FloatArray, parameters: Parameters, alpha: float, basis: FloatArray | None = None
+) -> FloatArray:
     """Envelope that pushes the slip, seen along the direction of travel (eqs 26, 28).
 
     With d = ±1 the direction of torque and u = d·T, the slip obeys d·y = max(d·y0, g(u)):
@@ -30,6 +32,7 @@ def slip_envelope(pushed: FloatArray, parameters: Parameters, alpha: float) -> F
     pushed : (samples,) or (draws, samples) u in Nm
     parameters : c, T_i, mu, K_W, each scalar or (draws,)
     alpha : gear-tooth angle in rad
+    basis : u, |u| and 1, (3, samples) or (draws, 3, samples), where they are known
 
     Returns
     -------
@@ -41,7 +44,8 @@ def slip_envelope(pushed: FloatArray, parameters: Parameters, alpha: float) -> F
     # and |u|, where it lies below the line in u alone that it ends in.
     driving, drawing = 1 / (K_W * (k + mu * s)), 1 / (K_W * (k - mu * s))
     preload = -mu * c
-    basis = np.stack([pushed, np.abs(pushed), np.ones_like(pushed)], axis=-2)
+    if basis is None:
+        basis = np.stack([pushed, np.abs(pushed), np.ones_like(pushed)], axis=-2)
     driven = _lower_of_lines((s - mu * k) * driving, preload * driving, T_i, basis)
     np.maximum(driven, 0.0, out=driven)
     # What draws back is at least what drives wherever it is not negative, and there alone the
@@ -98,11 +102,11 @@ def slip(
     """
     samples, stretches = path.torque.shape[-1], path.starts.size
     # One call for the samples, the ends of the stretches and both envelopes at the first sample.
-    pushed = path.pushing
-    envelopes = slip_envelope(pushed, parameters, alpha)
+    pushed, basis = path.pushing, path.pushing_basis
+    envelopes = slip_envelope(pushed, parameters, alpha, basis)
     if negative is not None:
         torque = np.concatenate([path.torque, path.reached, path.torque[..., [0, 0]]], axis=-1)
-        envelopes = np.where(torque < 0, slip_envelope(pushed, negative, alpha), envelopes)
+        envelopes = np.where(torque < 0, slip_envelope(pushed, negative, alpha, basis), envelopes)
     envelope = envelopes[:, :samples]
     at_end = envelopes[:, samples : samples + stretches]
     lower, upper = envelopes[:, -2], -envelopes[:, -1]
@@ -151,7 +155,7 @@ def play(
         np.maximum(at_end[before], travelled[before], out=travelled[after])
         if path.rising[after] != path.rising[before]:
             np.negative(travelled[after], out=travelled[after])
-    np.maximum(envelope, np.repeat(travelled.T, path.ends - path.starts, axis=1), out=envelope)
+    np.maximum(envelope, np.repeat(travelled.T, path.lengths, axis=1), out=envelope)
     envelope *= path.direction
     return envelope
 

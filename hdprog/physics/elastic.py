@@ -42,9 +42,9 @@ def elastic_angle(
     columns = (column(parameters[name]) for name in ("K_F", "a", "b", "T_T"))
     K_F, a, b, T_T = np.broadcast_arrays(*columns)
     if tooth_mesh == "as_printed":
-        teeth = mesh_angle_as_printed(np.abs(torque), a, b, T_T) * np.sign(torque)
+        teeth = mesh_angle_as_printed(path.magnitude, a, b, T_T) * np.sign(torque)
     else:
-        ends = ends_of(a / b, torque) if torque.ndim == 1 else None
+        ends = ends_of(a / b, torque.size) if torque.ndim == 1 else None
         if ends is not None:
             return _by_polynomials(path, ends, K_F, a, b, T_T)
         teeth = _teeth(path, a, b, T_T)
@@ -54,7 +54,7 @@ def elastic_angle(
 
 def _teeth(path: TorquePath, a: FloatArray, b: FloatArray, T_T: FloatArray) -> FloatArray:
     """Torsion of the tooth mesh, (draws, samples) in rad, of a, b, T_T (draws, 1)."""
-    magnitude = np.abs(path.torque)
+    magnitude = path.magnitude
     angle = mesh_angle(magnitude, a, b, T_T)
     if path.variance is not None:
         # Half the curvature a/(a T + b)² is 1/(T √(2a) + b √(2/a))².
@@ -100,21 +100,19 @@ def _by_polynomials(
     T_T: FloatArray,
 ) -> FloatArray:
     """The same as the torsion sample by sample, for many draws along one path."""
-    torque, magnitude = path.torque, np.abs(path.torque)
     if ends not in path.mesh_coefficients:
         found = coefficients(lambda ratio: _teeth_below(path, ratio), *ends)
-        path.mesh_coefficients[ends] = np.vstack([found, torque])
-    rows = np.concatenate([polynomials(a / b, *ends) / b, 1 / K_F], axis=1)
+        path.mesh_coefficients[ends] = np.vstack([found, path.torque])
+    compliance = 1 / K_F
+    rows = np.concatenate([polynomials(a / b, *ends) / b, compliance], axis=1)
     angle = np.asarray(rows @ path.mesh_coefficients[ends])
     least = float(T_T.min())
-    if least <= magnitude.max():
-        stiffness = a * T_T + b
-        lag = mesh_angle(T_T, a, b, T_T) - T_T / stiffness
-        line = np.concatenate([1 / stiffness + 1 / K_F, lag], axis=1)
-        beyond = line @ np.stack([torque, np.sign(torque)])
-        angle = np.where(magnitude < T_T, angle, beyond)
-    if path.variance is not None and path.around_zero.size:
+    if least <= path.largest:
+        beyond = 1 / (a * T_T + b)
+        lag = np.log1p(T_T * (a / b)) / a - T_T * beyond
+        line = np.concatenate([beyond + compliance, lag], axis=1)
+        angle = np.where(path.magnitude < T_T, angle, line @ path.torque_and_sign)
+    if least < path.reach_around_zero:
         at = path.around_zero
-        if least < np.max(np.abs(torque[at]) + path.half_width[at]):
-            angle[:, at] = _average_around_zero(path, a, b, T_T) + torque[at] * (1 / K_F)
+        angle[:, at] = _average_around_zero(path, a, b, T_T) + path.torque[at] * compliance
     return angle

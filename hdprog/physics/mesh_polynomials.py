@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -21,21 +22,22 @@ _WIDEST = 4  # in log(a/b); polynomials of higher degree lose digits at the far 
 _ERROR = 1e-15
 
 
-def ends_of(ratio: FloatArray, torque: FloatArray) -> tuple[int, int] | None:
+def ends_of(ratio: FloatArray, samples: int) -> tuple[int, int] | None:
     """Whole numbers around log(a/b) of all draws (draws, 1), None where polynomials do not pay.
 
-    Of fewer draws than polynomials, or of few torques (samples,), F itself is had as fast; ratios
-    that are zero or lie too far apart have none.
+    Of fewer draws than polynomials, or of few samples, F itself is had as fast; ratios of zero, or
+    that lie too far apart, have none.
     """
     least, most = float(ratio.min()), float(ratio.max())
     if not 0 < least <= most < math.inf:
         return None
     low, high = math.floor(math.log(least)), math.floor(math.log(most)) + 1
-    if high - low > _WIDEST or _count(low, high) > min(len(ratio), torque.size / 2):
+    if high - low > _WIDEST or _count(low, high) > min(len(ratio), samples / 2):
         return None
     return low, high
 
 
+@cache
 def _count(low: int, high: int) -> int:
     """How many polynomials give F to rounding between two ends in log(a/b)."""
     nearest = 2 * math.pi / (high - low)
@@ -45,7 +47,7 @@ def _count(low: int, high: int) -> int:
 def polynomials(ratio: FloatArray, low: int, high: int) -> FloatArray:
     """Chebyshev polynomials (draws, polynomials) at log(a/b) of draws (draws, 1)."""
     at = (2 * np.log(ratio) - (low + high)) / (high - low)
-    turn = np.arccos(np.clip(at, -1.0, 1.0))
+    turn = np.arccos(np.minimum(np.maximum(at, -1.0), 1.0))
     return np.asarray(np.cos(turn * np.arange(_count(low, high))))
 
 

@@ -49,7 +49,7 @@ class TorquePath:
     @cached_property
     def direction(self) -> FloatArray:
         """(samples,) +1 on rising and −1 on falling stretches."""
-        return np.repeat(np.where(self.rising, 1.0, -1.0), self.ends - self.starts)
+        return np.repeat(np.where(self.rising, 1.0, -1.0), self.lengths)
 
     @cached_property
     def pushing(self) -> FloatArray:
@@ -63,6 +63,32 @@ class TorquePath:
         return np.asarray(at * np.concatenate([self.direction, turned, [1.0, -1.0]]))
 
     @cached_property
+    def pushing_basis(self) -> FloatArray:
+        """(3, …) `pushing`, its magnitude and ones; (draws, 3, …) where torque is by draw."""
+        pushed = self.pushing
+        return np.stack([pushed, np.abs(pushed), np.ones_like(pushed)], axis=-2)
+
+    @cached_property
+    def lengths(self) -> NDArray[np.intp]:
+        """(stretches,) number of samples on each stretch."""
+        return np.asarray(self.ends - self.starts)
+
+    @cached_property
+    def magnitude(self) -> FloatArray:
+        """|torque| in Nm."""
+        return np.abs(self.torque)
+
+    @cached_property
+    def largest(self) -> float:
+        """Largest magnitude in Nm."""
+        return float(self.magnitude.max())
+
+    @cached_property
+    def torque_and_sign(self) -> FloatArray:
+        """(2, samples) torque in Nm and its sign."""
+        return np.stack([self.torque, np.sign(self.torque)])
+
+    @cached_property
     def half_width(self) -> FloatArray:
         """(samples,) half of the torque that each block spans, taken as even, in Nm."""
         assert self.variance is not None
@@ -73,6 +99,14 @@ class TorquePath:
         """Indices of blocks that come at least half of the way from their middle to zero."""
         near = self.is_around_zero(self.torque, self.half_width)
         return np.flatnonzero(near if near.ndim == 1 else near.any(axis=0))
+
+    @cached_property
+    def reach_around_zero(self) -> float:
+        """Largest magnitude that blocks around zero torque come to in Nm; 0 without such blocks."""
+        if self.variance is None or self.around_zero.size == 0:
+            return 0.0
+        at = self.around_zero
+        return float(np.max(self.magnitude[..., at] + self.half_width[at]))
 
     @cached_property
     def mesh_coefficients(self) -> dict[tuple[int, int], FloatArray]:
