@@ -56,5 +56,6 @@ def stepped_angles(
 
 def _angles(likelihood: LoopLikelihood, near: FloatArray) -> FloatArray:
     """(points, shifts, blocks) at (points, shifts, size)."""
-    found = likelihood.angle(near.reshape(-1, near.shape[-1]))
-    return found.reshape(*near.shape[:2], -1)
+    points, shifts, size = near.shape  # a model may have no coordinates at all
+    found = likelihood.angle(near.reshape(points * shifts, size))
+    return found.reshape(points, shifts, likelihood.blocks)

@@ -85,6 +85,18 @@ def test_the_drive_is_not_worked_out_again_for_what_effects_have(
     assert rows == [3 * (1 + COUNT + 1)]
 
 
+def test_a_model_without_coordinates_has_no_steps() -> None:
+    class Fixed(LoopLikelihood):
+        size, held = 0, None
+
+        def angle(self, points: np.ndarray) -> np.ndarray:
+            return np.ones((len(points), self.blocks))
+
+    model = plain()
+    fixed = Fixed(model.reduced, model.prior, model.alpha, model.noise)
+    assert stepped_angles(fixed, np.zeros((2, 0)), (STEP,)).shape == (2, 1, model.blocks)
+
+
 @pytest.mark.parametrize("effect", [one for one in EFFECTS if one.acts_on == "angle"])
 def test_an_effect_follows_the_angle_where_it_says_so(effect: Effect) -> None:
     model, points = with_effects(effect.id)

@@ -39,6 +39,9 @@ STICKY = {
     "mu": 0.263,
 }
 """Slip is not over at the largest torque; c, T_i and mu make up for each other."""
+AS_IT_SHOULD = 2.0
+"""Fall of two loops' log likelihoods, half a unit each at a spread, where nothing is wrong; either
+may be the lower there."""
 
 
 def record(rng: np.random.Generator) -> Loop:
@@ -99,4 +102,4 @@ def test_along_the_paths_of_friction_own_numbers_go_along(step: GaussianStep) ->
     along = [fallen(step, path, together=True) for path in paths]
     assert max(left) > 50.0
     assert max(along) < 0.3 * max(left)
-    assert all(one < other for one, other in zip(along, left, strict=True))
+    assert all(one < max(other, AS_IT_SHOULD) for one, other in zip(along, left, strict=True))
