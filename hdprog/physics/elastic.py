@@ -106,13 +106,14 @@ def _by_polynomials(
     compliance = 1 / K_F
     rows = np.concatenate([polynomials(a / b, *ends) / b, compliance], axis=1)
     angle = np.asarray(rows @ path.mesh_coefficients[ends])
+    # Where a draw's is no number, neither is the least of them; the others' count all the same.
     least = float(T_T.min())
-    if least <= path.largest:
+    if not least > path.largest:
         beyond = 1 / (a * T_T + b)
         lag = np.log1p(T_T * (a / b)) / a - T_T * beyond
         line = np.concatenate([beyond + compliance, lag], axis=1)
         angle = np.where(path.magnitude < T_T, angle, line @ path.torque_and_sign)
-    if least < path.reach_around_zero:
+    if path.reach_around_zero and not least >= path.reach_around_zero:
         at = path.around_zero
         angle[:, at] = _average_around_zero(path, a, b, T_T) + path.torque[at] * compliance
     return angle

@@ -64,6 +64,16 @@ def test_one_size_for_all_draws_will_do() -> None:
     np.testing.assert_array_equal(elastic_angle(path, values), elastic_angle(path, filled))
 
 
+@pytest.mark.parametrize("name", ["T_T", "K_F"])
+def test_a_draw_that_is_no_number_leaves_the_others_alone(name: str) -> None:
+    values, path = draws(0.7, 0.4), blocks()
+    clean = elastic_angle(path, values)
+    values[name][7] = math.nan
+    found = elastic_angle(path, values)
+    assert np.isnan(found[7]).all()
+    np.testing.assert_array_equal(np.delete(found, 7, axis=0), np.delete(clean, 7, axis=0))
+
+
 def test_too_few_polynomials_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mesh_polynomials, "_count", lambda low, high: 6)
     assert error(blocks(), draws(1.9, 14.0)) > 1e-11
