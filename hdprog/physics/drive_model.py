@@ -15,7 +15,7 @@ from hdprog.errors import BadInputError
 from hdprog.physics.elastic import ToothMesh, elastic_angle
 from hdprog.physics.parameters import FloatArray, Parameters
 from hdprog.physics.predict_arguments import checked_alpha, checked_draws
-from hdprog.physics.torque_path import TorquePath
+from hdprog.physics.torque_path import TorquePath, line_basis
 
 
 def slip_envelope(
@@ -45,7 +45,7 @@ def slip_envelope(
     driving, drawing = 1 / (K_W * (k + mu * s)), 1 / (K_W * (k - mu * s))
     preload = -mu * c
     if basis is None:
-        basis = np.stack([pushed, np.abs(pushed), np.ones_like(pushed)], axis=-2)
+        basis = line_basis(pushed)
     driven = _lower_of_lines((s - mu * k) * driving, preload * driving, T_i, basis)
     np.maximum(driven, 0.0, out=driven)
     # What draws back is at least what drives wherever it is not negative, and there alone the

@@ -64,9 +64,8 @@ class TorquePath:
 
     @cached_property
     def pushing_basis(self) -> FloatArray:
-        """(3, …) `pushing`, its magnitude and ones; (draws, 3, …) where torque is by draw."""
-        pushed = self.pushing
-        return np.stack([pushed, np.abs(pushed), np.ones_like(pushed)], axis=-2)
+        """The `line_basis` of `pushing`."""
+        return line_basis(self.pushing)
 
     @cached_property
     def lengths(self) -> NDArray[np.intp]:
@@ -158,3 +157,8 @@ class TorquePath:
         starts = np.concatenate([[0], turned + 1])
         rising = np.concatenate([[step[moved[0]]], step[turned]]) > 0
         return TorquePath(values, starts, rising)
+
+
+def line_basis(pushed: FloatArray) -> FloatArray:
+    """u, |u| and 1: (3, samples) of (samples,) u, (draws, 3, samples) of (draws, samples)."""
+    return np.stack([pushed, np.abs(pushed), np.ones_like(pushed)], axis=-2)
