@@ -166,8 +166,8 @@ def identify(
 def _branches(reduced: ReducedLoop, noise: float, source: str) -> Branches:
     path = reduced.path
     begins = np.concatenate([path.torque[:1], path.reached[:-1]])
-    whole = 0.5 * float(np.abs(path.torque).max())
-    member = np.repeat(np.arange(path.starts.size), path.ends - path.starts)
+    whole = 0.5 * path.largest
+    member = np.repeat(np.arange(path.starts.size), path.lengths)
     up = (path.rising & (begins < -whole) & (path.reached > whole))[member]
     down = (~path.rising & (begins > whole))[member]
     if not up.any() or not down.any():

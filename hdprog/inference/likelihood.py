@@ -132,7 +132,7 @@ class LoopLikelihood:
     @cached_property
     def ridge_frame(self) -> tuple[float, float, float]:
         """What the ridge coordinates hang on: tooth angle, scale of T_T, largest torque."""
-        largest = float(np.abs(self.reduced.path.torque).max())
+        largest = self.reduced.path.largest
         return self.alpha, self.prior.softplus_scale, largest
 
     @property

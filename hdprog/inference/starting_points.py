@@ -94,7 +94,7 @@ def _elsewhere(likelihood: LoopLikelihood, point: FloatArray) -> list[FloatArray
     Loops part into modes by where the kinks lie: the torques at which the preload is lifted and at
     which all teeth have met. Friction at no load, the product of mu and T_i, stays as it is.
     """
-    largest = float(np.abs(likelihood.reduced.path.torque).max())
+    largest = likelihood.reduced.path.largest
     around = []
     for share in _PRELOAD_AT:
         moved = point.copy()

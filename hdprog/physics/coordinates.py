@@ -46,4 +46,4 @@ def coordinates(course: Course) -> Mapping[str, FloatArray]:
 def _since_reversal(course: Course, time: FloatArray) -> FloatArray:
     starts = course.path.starts
     last = time[np.maximum(starts - 1, 0)]
-    return np.asarray(time - np.repeat(last, course.path.ends - starts))
+    return np.asarray(time - np.repeat(last, course.path.lengths))

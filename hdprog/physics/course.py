@@ -84,7 +84,7 @@ class Course:
     def turned_at(self) -> FloatArray:
         """(samples,) torque at the last reversal (or at the record's start) in Nm."""
         before = np.concatenate([self.path.torque[:1], self.path.reached[:-1]])
-        return np.repeat(before, self.path.ends - self.path.starts)
+        return np.repeat(before, self.path.lengths)
 
     @cached_property
     def travel(self) -> FloatArray:
