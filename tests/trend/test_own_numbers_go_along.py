@@ -39,9 +39,6 @@ STICKY = {
     "mu": 0.263,
 }
 """Slip is not over at the largest torque; c, T_i and mu make up for each other."""
-AS_IT_SHOULD = 2.0
-"""Fall of two loops' log likelihoods, half a unit each at a spread, where nothing is wrong; either
-may be the lower there."""
 
 
 def record(rng: np.random.Generator) -> Loop:
@@ -72,10 +69,14 @@ def step() -> GaussianStep:
 
 
 def fallen(step: GaussianStep, path: RidgePath, together: bool) -> float:
-    """By how much the loops' log likelihoods fall a spread to either side, at most."""
+    """By how much the loops' log likelihoods fall a spread to either side, at most.
+
+    Or at the path's end, where that is nearer: what lies past it has no weight to speak of.
+    """
     points = np.stack([test.point for test in step.tests])
     states = np.repeat(points[None], 3, axis=0)
-    by = np.array([-1.0, 0.0, 1.0]) * path.spread
+    ends = path.places[[0, -1]] - points.ravel() @ path.share
+    by = np.clip(np.array([-1.0, 0.0, 1.0]) * path.spread, *ends)
     shift = path.along(states, by)
     there = states + shift.states
     drawn = step.own_drawn(there, [np.zeros((3, test.own.mean.size)) for test in step.tests])
@@ -102,4 +103,4 @@ def test_along_the_paths_of_friction_own_numbers_go_along(step: GaussianStep) ->
     along = [fallen(step, path, together=True) for path in paths]
     assert max(left) > 50.0
     assert max(along) < 0.3 * max(left)
-    assert all(one < max(other, AS_IT_SHOULD) for one, other in zip(along, left, strict=True))
+    assert all(one < other for one, other in zip(along, left, strict=True))
