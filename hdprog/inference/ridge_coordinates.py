@@ -54,10 +54,11 @@ def to_unconstrained(
     the ridge coordinates name no parameters
     """
     log_C, logit_W, logit_F, log_D, x_T, log_m, xi, log_P = ridge.T
-    log_K_W = 2 * math.log(math.tan(alpha)) - _log_sigmoid(logit_W) - log_C
-    log_rest = log_C + _log_sigmoid(-logit_W)
-    log_K_F = -_log_sigmoid(logit_F) - log_rest
-    log_mesh = -_log_sigmoid(-logit_F) - log_rest
+    log_p_W, log_p_F = _log_sigmoid(logit_W), _log_sigmoid(logit_F)
+    log_K_W = 2 * math.log(math.tan(alpha)) - log_p_W - log_C
+    log_rest = log_C + (log_p_W - logit_W)  # log of 1 − p_W, as of 1 − p_F below
+    log_K_F = -log_p_F - log_rest
+    log_mesh = -(log_p_F - logit_F) - log_rest
     log_met = np.log(_met(x_T, softplus_scale, largest_torque))
     log_y = log_D + log_mesh - log_met
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -69,9 +70,9 @@ def to_unconstrained(
             (_mean_fall(log_m, log_P, largest_torque) - _XI_SCALE * xi) / math.cos(alpha)
         )
         jacobian = np.log(y) - np.log(-np.expm1(-y)) - log_mu
-    coordinates = np.column_stack(
+    coordinates = np.array(
         [log_K_F, log_K_W, log_a, log_b, x_T, log_m - log_mu, log_P - log_m, log_mu]
-    )
+    ).T
     inside = np.isfinite(coordinates).all(axis=1) & (log_y < _LARGEST_LOG)
     return coordinates, np.where(inside, jacobian, -np.inf)
 

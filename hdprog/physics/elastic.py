@@ -39,17 +39,25 @@ def elastic_angle(
     if negative is not None:
         here = elastic_angle(path, parameters, tooth_mesh)
         return np.where(torque < 0, elastic_angle(path, negative, tooth_mesh), here)
-    columns = (column(parameters[name]) for name in ("K_F", "a", "b", "T_T"))
-    K_F, a, b, T_T = np.broadcast_arrays(*columns)
+    K_F, a, b, T_T = _columns(parameters)
     if tooth_mesh == "as_printed":
-        teeth = mesh_angle_as_printed(path.magnitude, a, b, T_T) * np.sign(torque)
+        teeth = mesh_angle_as_printed(path.magnitude, a, b, T_T) * path.sign
     else:
-        ends = ends_of(a / b, torque.size) if torque.ndim == 1 else None
+        ratio = a / b
+        averages = path.variance is not None
+        ends = ends_of(ratio, torque.size, averages=averages) if torque.ndim == 1 else None
         if ends is not None:
-            return _by_polynomials(path, ends, K_F, a, b, T_T)
+            return _by_polynomials(path, ends, ratio, K_F, a, b, T_T)
         teeth = _teeth(path, a, b, T_T)
     teeth += torque * (1 / K_F)
     return teeth
+
+
+def _columns(parameters: Parameters) -> list[FloatArray]:
+    """K_F, a, b, T_T, (draws, 1) each."""
+    columns = [column(parameters[name]) for name in ("K_F", "a", "b", "T_T")]
+    alike = len({each.shape for each in columns}) == 1
+    return columns if alike else list(np.broadcast_arrays(*columns))
 
 
 def _teeth(path: TorquePath, a: FloatArray, b: FloatArray, T_T: FloatArray) -> FloatArray:
@@ -64,7 +72,7 @@ def _teeth(path: TorquePath, a: FloatArray, b: FloatArray, T_T: FloatArray) -> F
         np.divide(path.variance, bend, out=bend)
         bend *= magnitude < T_T
         angle -= bend
-    angle *= np.sign(path.torque)
+    angle *= path.sign
     if path.variance is not None and path.around_zero.size:
         average = _average_around_zero(path, a, b, T_T)
         at = path.around_zero
@@ -94,6 +102,7 @@ def _teeth_below(path: TorquePath, ratio: FloatArray) -> FloatArray:
 def _by_polynomials(
     path: TorquePath,
     ends: tuple[int, int],
+    ratio: FloatArray,
     K_F: FloatArray,
     a: FloatArray,
     b: FloatArray,
@@ -104,13 +113,13 @@ def _by_polynomials(
         found = coefficients(lambda ratio: _teeth_below(path, ratio), *ends)
         path.mesh_coefficients[ends] = np.vstack([found, path.torque])
     compliance = 1 / K_F
-    rows = np.concatenate([polynomials(a / b, *ends) / b, compliance], axis=1)
+    rows = np.concatenate([polynomials(ratio, *ends) / b, compliance], axis=1)
     angle = np.asarray(rows @ path.mesh_coefficients[ends])
     # Where a draw's is no number, neither is the least of them; the others' count all the same.
     least = float(T_T.min())
     if not least > path.largest:
         beyond = 1 / (a * T_T + b)
-        lag = np.log1p(T_T * (a / b)) / a - T_T * beyond
+        lag = np.log1p(T_T * ratio) / a - T_T * beyond
         line = np.concatenate([beyond + compliance, lag], axis=1)
         angle = np.where(path.magnitude < T_T, angle, line @ path.torque_and_sign)
     if path.reach_around_zero and not least >= path.reach_around_zero:

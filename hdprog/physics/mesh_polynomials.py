@@ -20,19 +20,23 @@ from hdprog.physics.parameters import FloatArray
 
 _WIDEST = 4  # in log(a/b); polynomials of higher degree lose digits at the far ends
 _ERROR = 1e-15
+# Samples for each polynomial from which a product of matrices is the faster way; averages over
+# blocks, three times as dear sample by sample, pay for it sooner.
+_WORTH, _WORTH_OF_AVERAGES = 5, 2
 
 
-def ends_of(ratio: FloatArray, samples: int) -> tuple[int, int] | None:
+def ends_of(ratio: FloatArray, samples: int, *, averages: bool) -> tuple[int, int] | None:
     """Whole numbers around log(a/b) of all draws (draws, 1), None where polynomials do not pay.
 
     Of fewer draws than polynomials, or of few samples, F itself is had as fast; ratios of zero, or
-    that lie too far apart, have none.
+    that lie too far apart, have none. `averages` tells whether samples are averages over blocks.
     """
     least, most = float(ratio.min()), float(ratio.max())
     if not 0 < least <= most < math.inf:
         return None
     low, high = math.floor(math.log(least)), math.floor(math.log(most)) + 1
-    if high - low > _WIDEST or _count(low, high) > min(len(ratio), samples / 2):
+    paying = min(len(ratio), samples / (_WORTH_OF_AVERAGES if averages else _WORTH))
+    if high - low > _WIDEST or _count(low, high) > paying:
         return None
     return low, high
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -75,13 +76,13 @@ def in_support(parameters: Parameters, alpha: float) -> NDArray[np.bool_]:
 
     Returns a boolean array with the shape of the parameters.
     """
-    mu, c = np.asarray(parameters["mu"]), np.asarray(parameters["c"])
-    inside = (mu > 0) & (mu < min(np.tan(alpha), 1 / np.tan(alpha))) & (c < 0)
-    inside = inside & (np.sin(alpha) + mu * (np.cos(alpha) + c) > 0)
-    for name in ("K_F", "K_W", "b"):
-        inside = inside & (np.asarray(parameters[name]) > 0)
-    for name in ("a", "T_T", "T_i"):
-        inside = inside & (np.asarray(parameters[name]) >= 0)
+    values = {name: np.asarray(parameters[name]) for name in NAMES}
+    mu, c, tangent = values["mu"], values["c"], math.tan(alpha)
+    inside = (mu > 0) & (mu < min(tangent, 1 / tangent)) & (c < 0)
+    inside = inside & (math.sin(alpha) + mu * (math.cos(alpha) + c) > 0)
+    # What is no number is the least of any.
+    inside = inside & (np.minimum(np.minimum(values["K_F"], values["K_W"]), values["b"]) > 0)
+    inside = inside & (np.minimum(np.minimum(values["a"], values["T_T"]), values["T_i"]) >= 0)
     return np.asarray(inside)
 
 

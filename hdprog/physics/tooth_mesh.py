@@ -24,11 +24,12 @@ def mesh_angle(magnitude: FloatArray, a: FloatArray, b: FloatArray, T_T: FloatAr
     meshing = np.minimum(magnitude, T_T)
     # Below this, log1p(z)/a loses its digits; the series keeps them and covers a = 0.
     small = a * T_T < 1e-9 * b
-    a_safe = np.where(small, 1.0, a)
+    any_small = bool(small.any())
+    a_safe = np.where(small, 1.0, a) if any_small else a
     angle = meshing * (a_safe / b)
     np.log1p(angle, out=angle)
     angle *= 1 / a_safe
-    if small.any():
+    if any_small:
         angle = np.where(small, meshing / b, angle)
     beyond = np.subtract(magnitude, meshing, out=meshing)
     beyond *= 1 / (a * T_T + b)

@@ -83,9 +83,14 @@ class TorquePath:
         return float(self.magnitude.max())
 
     @cached_property
+    def sign(self) -> FloatArray:
+        """Sign of torque; zero where that is zero."""
+        return np.asarray(np.sign(self.torque))
+
+    @cached_property
     def torque_and_sign(self) -> FloatArray:
         """(2, samples) torque in Nm and its sign."""
-        return np.stack([self.torque, np.sign(self.torque)])
+        return np.stack([self.torque, self.sign])
 
     @cached_property
     def half_width(self) -> FloatArray:

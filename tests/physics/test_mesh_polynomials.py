@@ -19,7 +19,7 @@ TURNS = (0.3, 60.0, -55.0, 48.0)
 
 def blocks(spread: float = 0.6) -> TorquePath:
     """Blocks along a two-sided loop, some of them around zero torque."""
-    ramps = [np.linspace(a, b, 30) for a, b in itertools.pairwise(TURNS)]
+    ramps = [np.linspace(a, b, 60) for a, b in itertools.pairwise(TURNS)]
     path = TorquePath.exact(np.concatenate(ramps))
     return TorquePath(path.torque, path.starts, path.rising, np.full(path.torque.size, spread**2))
 
@@ -100,5 +100,11 @@ def test_each_pair_of_ends_has_its_own_coefficients() -> None:
     ids=["few draws", "few torques", "a is zero", "far apart", "no number"],
 )
 def test_where_polynomials_do_not_pay_there_are_none(ratio: np.ndarray, samples: int) -> None:
-    assert ends_of(ratio, samples) is None
-    assert ends_of(np.full((40, 1), 0.9), 90) == (-1, 0)
+    assert ends_of(ratio, samples, averages=True) is None
+    assert ends_of(np.full((40, 1), 0.9), 90, averages=True) == (-1, 0)
+
+
+def test_of_single_readings_polynomials_pay_later() -> None:
+    ratio = np.full((40, 1), 0.9)
+    assert ends_of(ratio, 50, averages=False) is None
+    assert ends_of(ratio, 50, averages=True) == ends_of(ratio, 150, averages=False) == (-1, 0)
