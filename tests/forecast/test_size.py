@@ -16,7 +16,6 @@ from hdprog.physics.parameters import NAMES
 from hdprog.results import Forecast
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.wear_prior import read_wear_prior
-from tests.hasty import HASTY
 from tests.trend.stand_in import ALPHA, PRIOR, SimulatedLoop, wearing_drive
 
 HOURS = np.array([0.0, 500.0, 900.0])
@@ -32,13 +31,13 @@ def forecasts(tests: Sequence[SimulatedLoop], prior: Prior, size: float) -> tupl
     )
     drive = Drive(limits=limits, forecast=ForecastSettings(20_000.0))
     rng = np.random.default_rng(1)
-    trend = fit_trend(tests, prior, read_wear_prior(), rng, quick=True, joint_effort=HASTY)
+    trend = fit_trend(tests, prior, read_wear_prior(), rng, quick=True)
     operation = Operation(ALPHA, 63.0 * size, 63.0 * size)
     return forecast(trend, drive, operation, np.random.default_rng(2))
 
 
 def test_a_gear_of_a_tenth_of_the_torque_has_as_long_to_live() -> None:
-    """A median of 1 000 paths, of a few hundred that are worth it, errs by a tenth."""
+    """A quartile or median of all paths, of some hundreds that are worth it, errs by a fortieth."""
     whole = wearing_drive(np.random.default_rng(4), HOURS / 1500.0, HOURS)
     tenth = [
         replace(test, torque=test.torque / 10, prior=TENTH, start=test.start + SHIFT)
@@ -48,6 +47,6 @@ def test_a_gear_of_a_tenth_of_the_torque_has_as_long_to_live() -> None:
     for expected, found in pairs:
         for level in (0.25, 0.5):
             hours = expected.remaining_hours[level]
-            assert found.remaining_hours[level] == pytest.approx(hours, rel=0.35)
+            assert found.remaining_hours[level] == pytest.approx(hours, rel=0.15)
         by_horizon = expected.probability_crossed_by_horizon
-        assert found.probability_crossed_by_horizon == pytest.approx(by_horizon, abs=0.06)
+        assert found.probability_crossed_by_horizon == pytest.approx(by_horizon, abs=0.03)
