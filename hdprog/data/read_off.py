@@ -143,9 +143,9 @@ class _Branches:
         amplitude = float(min(torque.max(), -torque.min()))
         if amplitude <= 0.0:
             return None
-        began = np.concatenate([torque[:1], path.reached[:-1]])
         rising, falling = [], []
-        for start, end, up, first in zip(path.starts, path.ends, path.rising, began, strict=True):
+        stretches = zip(path.starts, path.ends, path.rising, path.began, strict=True)
+        for start, end, up, first in stretches:
             if end - start < _LEAST_OF_A_BRANCH:
                 continue
             if up and first <= -_EXTREME * amplitude:

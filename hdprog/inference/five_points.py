@@ -165,11 +165,10 @@ def identify(
 
 def _branches(reduced: ReducedLoop, noise: float, source: str) -> Branches:
     path = reduced.path
-    begins = np.concatenate([path.torque[:1], path.reached[:-1]])
     whole = 0.5 * path.largest
     member = np.repeat(np.arange(path.starts.size), path.lengths)
-    up = (path.rising & (begins < -whole) & (path.reached > whole))[member]
-    down = (~path.rising & (begins > whole))[member]
+    up = (path.rising & (path.began < -whole) & (path.reached > whole))[member]
+    down = (~path.rising & (path.began > whole))[member]
     if not up.any() or not down.any():
         raise BadInputError(
             "no loading branch that comes from negative torque",

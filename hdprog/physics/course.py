@@ -83,8 +83,7 @@ class Course:
     @cached_property
     def turned_at(self) -> FloatArray:
         """(samples,) torque at the last reversal (or at the record's start) in Nm."""
-        before = np.concatenate([self.path.torque[:1], self.path.reached[:-1]])
-        return np.repeat(before, self.path.lengths)
+        return np.repeat(self.path.began, self.path.lengths)
 
     @cached_property
     def travel(self) -> FloatArray:
@@ -94,7 +93,7 @@ class Course:
     @cached_property
     def spans(self) -> FloatArray:
         """(stretches,) torque travelled by the end of each stretch in Nm."""
-        return np.abs(np.diff(self.path.reached, prepend=self.path.torque[0]))
+        return np.abs(self.path.reached - self.path.began)
 
     def corrected(self, error: FloatArray, error_reached: FloatArray) -> TorquePath:
         """The torque path with an error of the torque sensor taken out.

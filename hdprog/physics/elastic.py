@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -110,7 +111,7 @@ def _by_polynomials(
 ) -> FloatArray:
     """The same as the torsion sample by sample, for many draws along one path."""
     if ends not in path.mesh_coefficients:
-        found = coefficients(lambda ratio: _teeth_below(path, ratio), *ends)
+        found = coefficients(partial(_teeth_below, path), *ends)
         path.mesh_coefficients[ends] = np.vstack([found, path.torque])
     compliance = 1 / K_F
     rows = np.concatenate([polynomials(ratio, *ends) / b, compliance], axis=1)

@@ -47,6 +47,12 @@ class TorquePath:
         return self.reversal_torque
 
     @cached_property
+    def began(self) -> FloatArray:
+        """(stretches,) torque at which each stretch begins in Nm; (draws, stretches) by draw."""
+        first = self.torque[..., :1]
+        return np.concatenate([first, self.reached[..., :-1]], axis=-1)
+
+    @cached_property
     def direction(self) -> FloatArray:
         """(samples,) +1 on rising and −1 on falling stretches."""
         return np.repeat(np.where(self.rising, 1.0, -1.0), self.lengths)

@@ -56,7 +56,7 @@ class MaxwellSlip(NonnegativeModel):
     def features(self, path: TorquePath, setting: Setting) -> FloatArray:
         """See `NonnegativeModel.features`."""
         edges = setting.torque * np.linspace(0.0, 1.0, _PIECES + 1) ** _BEND
-        elastic = ramps(path.magnitude, edges) * np.sign(path.torque)[:, None]
+        elastic = ramps(path.magnitude, edges) * path.sign[:, None]
         limits = setting.torque * _LIMITS
         pushing = path.pushing - limits[:, None]
         count = path.torque.size
