@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import importlib
 import multiprocessing
 import os
 import signal
@@ -16,6 +17,7 @@ from typing import Any, TypeVar
 _single_thread: object = None
 _MIB = 2**20
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # of glibc's malloc.h
+_UNUSED_BY_SAMPLER = ("scipy.stats", "h5py")
 Result = TypeVar("Result")
 
 
@@ -128,6 +130,23 @@ def _prepare_worker() -> None:
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     prepare_numerics()
+    _import_sampler()
+
+
+def _import_sampler() -> None:
+    """Import emcee without what it needs for a move and a store that hdprog does not use.
+
+    These take nearly all of its time. Nothing else runs yet in this process, and no code but
+    hdprog's will, so nobody misses them; whatever else wants the same libraries gets them later.
+    """
+    withheld = [name for name in _UNUSED_BY_SAMPLER if name not in sys.modules]
+    for name in withheld:
+        sys.modules[name] = None  # type: ignore[assignment]  # its import fails, as emcee allows
+    try:
+        importlib.import_module("emcee")
+    finally:
+        for name in withheld:
+            del sys.modules[name]
 
 
 def _end_with_parent() -> None:
