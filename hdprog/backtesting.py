@@ -136,11 +136,7 @@ def backtest(
         heading = "" if len(read) == 1 else f"{one.name}: "
         drives.append(_backtest(one, [seed, number], quick, workers, _named(progress, heading)))
     seconds["fits and forecasts"] = time.perf_counter() - started - seconds["reading"]
-    files = {
-        f"{one.name}/{name}": digest
-        for one in read
-        for name, digest in files_of(one.folder, one.loops).items()
-    }
+    files = {name: digest for one in read for name, digest in one.files.items()}
     provenance = Provenance.of(files, seed, quick, _PACKAGES)
     return Backtest(
         BacktestResult(path.resolve().name, tuple(drives), tuple(left_out), provenance, seconds)
@@ -155,6 +151,12 @@ class _ReadDrive:
     prior: Prior
     remarks: tuple[str, ...]
     truth: Truth | None
+
+    @property
+    def files(self) -> dict[str, str]:
+        """Digests of what was read, by its path from the folder of all drives."""
+        each = files_of(self.folder, self.loops)
+        return {(Path(self.name) / name).as_posix(): digest for name, digest in each.items()}
 
 
 def _of_drives(path: Path) -> list[Path]:

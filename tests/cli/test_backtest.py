@@ -79,6 +79,15 @@ def test_a_fleet_with_one_drive_that_can_be_read(
     assert "hdprog backtest fleet --quick" in page.text
 
 
+@pytest.mark.parametrize(("name", "begin"), [(".", ""), ("line1/axis1", "line1/axis1/")])
+def test_files_are_named_by_their_path_from_the_folder_that_was_given(
+    tmp_path: Path, name: str, begin: str
+) -> None:
+    read = backtesting._read(subset(tmp_path / "axis1", "t05", "t10"), name)
+    assert {begin + "loops/t05.csv", begin + "tests.csv"} <= set(read.files)
+    assert all(file.startswith(begin) and "./" not in file for file in read.files)
+
+
 def test_nothing_is_written_where_no_drive_can_be_read(invoke: Invoke, tmp_path: Path) -> None:
     subset(tmp_path / "fleet" / "axis2", "t05")
     subset(tmp_path / "fleet" / "axis3", "t05", "t10")
