@@ -48,7 +48,7 @@ from tests.benchmarks.rounded import rounded
 
 RESULTS = Path(__file__).parent / "results"
 PICTURE = Path(__file__).parents[3] / "reports" / "guide" / "modes.png"
-LONG = replace(FULL, required_ess=20_000.0, most_steps=150_000, stored_steps=1000)
+LONG = replace(FULL, required_ess=20_000.0, most_steps=400_000, stored_steps=1000)
 """Long enough that hdprog's own Monte-Carlo error hides no bias that the limits name."""
 FULL_RUNS = 4
 """Runs of the plan that users get; each but the first searches its starts anew."""
