@@ -29,9 +29,13 @@ from hdprog.physics.effects.base import Effect
 
 FURTHER_SHARE = 0.10
 """Share of the explained error that a second or later mechanism must carry."""
-CLEARING_SHARE = 0.02
-"""The same for one that clears up what the others left: to less than a quarter of it."""
-_CLEARED = 0.25
+CLEARING_SHARE = 0.08
+"""The same for one that clears up what the others left, times the part of that which it leaves.
+
+Of a first effect in another shape hardly any other clears up the leftover; what clears it up all
+the better may be the smaller beside a large first one.
+"""
+_CLEARED = 0.25  # the largest such part
 CLEAR_EVIDENCE = 25.0
 """Log evidence from which a further mechanism needs no share, where it leaves noise alone.
 
@@ -187,7 +191,7 @@ def _carries(bases: Sequence[Model], before: Sequence[Model], after: Sequence[Mo
     base, left, right = (
         sum(model.least_misfit for model in many) for many in (bases, before, after)
     )
-    wanted = CLEARING_SHARE if right < _CLEARED * left else FURTHER_SHARE
+    wanted = CLEARING_SHARE * right / left if right < _CLEARED * left else FURTHER_SHARE
     return share_of(base, left, right) >= wanted
 
 

@@ -115,7 +115,7 @@ def test_a_small_effect_is_added_where_it_keeps_a_free_curve_out(
         return models if enough and len(models[0].ids) == 2 else bases
 
     for name in ("FURTHER_SHARE", "CLEARING_SHARE"):
-        monkeypatch.setattr(search, name, 2.0)
+        monkeypatch.setattr(search, name, np.inf)
     monkeypatch.setattr(search, "CLEAR_EVIDENCE", np.inf)
     monkeypatch.setattr(search, "with_unknown", curve_unless_all)
     seeds = [np.random.SeedSequence(1)]

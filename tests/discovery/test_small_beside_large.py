@@ -7,12 +7,14 @@ explained error asked of the play would never be reached.
 from __future__ import annotations
 
 from functools import lru_cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
+from hdprog.discovery import search
 from hdprog.discovery.explain import verdict_of
 from hdprog.discovery.pooling import share
 from hdprog.discovery.search import (
@@ -86,6 +88,17 @@ def test_an_offset_of_another_shape_gets_no_second_name() -> None:
     found = settling_offset(0.0)
     assert found.final.ids == ("torque_offset",)
     assert found.left_over is None
+
+
+@pytest.mark.parametrize(
+    ("left", "believed"), [(12.0, False), (6.0, False), (3.0, True), (1.8, True)]
+)
+def test_the_share_that_is_asked_for_is_smaller_the_more_is_cleared_up(
+    left: float, believed: bool
+) -> None:
+    """Misfits 1500, then 25 beside the first effect; the second may carry 1.6 % of it at most."""
+    base, before, after = ([SimpleNamespace(least_misfit=one)] for one in (1500.0, 25.0, left))
+    assert search._carries(base, before, after) == believed  # type: ignore[arg-type]
 
 
 def test_what_is_refused_for_its_share_is_told_and_not_named() -> None:
