@@ -150,8 +150,7 @@ def _loo(drawn: Drawn) -> tuple[Any, float]:
     density = density.reshape(ensembles, -1, density.shape[-1])
     stats = arviz()
     bulk = drawn.diagnostics.ess_bulk
-    total = int(np.prod(drawn.chains.shape[:3]))
-    efficiency = float(min(1.0, np.median(bulk) / total)) if bulk.size else 1.0
+    efficiency = float(min(1.0, np.median(bulk) / count)) if bulk.size else 1.0
     # Draws for their own sake: ArviZ asks for a posterior beside the densities.
     data = stats.from_dict(
         posterior={"noise_scale": scale[chosen].reshape(ensembles, -1)},
@@ -202,6 +201,8 @@ def _parameters(drawn: Drawn) -> dict[str, ModelParameterSummary]:
         named = [(one.name, one.unit, one.meaning) for one in PARAMETERS]
         values = dict(likelihood.prior.to_physical(points[:, :COUNT]))
     spread = likelihood.prior_sd**2
+    if isinstance(likelihood, OtherLikelihood) and likelihood.model.nonnegative:
+        spread = spread * (1 - 2 / np.pi)  # of a half-normal prior
     return {
         name: ModelParameterSummary(
             unit=unit,

@@ -110,7 +110,7 @@ def line_blocks(path: Path) -> Iterator[bytes]:
         A file that is no text, damaged gzip, or text larger than 4 GiB.
     """
     carry = b""
-    for chunk in _with_newlines(path, _decoded(path)):
+    for chunk in _with_newlines(_decoded(path)):
         if b"\0" in chunk:
             raise _no_text(path, "bytes of value zero")
         whole, newline, rest = chunk.rpartition(b"\n")
@@ -184,7 +184,7 @@ def _decoded(path: Path) -> Iterator[bytes]:
         ) from error
 
 
-def _with_newlines(path: Path, chunks: Iterator[bytes]) -> Iterator[bytes]:
+def _with_newlines(chunks: Iterator[bytes]) -> Iterator[bytes]:
     r"""Turn ``\r\n`` and ``\r`` into ``\n``, also where a chunk ends between the two."""
     held = b""
     for chunk in chunks:

@@ -228,7 +228,7 @@ class _TextTable:
         # The first line shows the decimal sign more often than not.
         first_line = self._split(text.partition(b"\n")[0].decode(), int(rows[0]))
         parser.parse([(int(rows[0]), first_line)])
-        if parser.decimal is None and (b"." in text or (b"," in text and sign != ",")):
+        if parser.decimal is None and b"," in text and sign != ",":
             return None
         return _parse(text, sign, parser, rows)
 
@@ -288,6 +288,12 @@ def _parse(text: bytes, sign: str, parser: RowParser, rows: NDArray[np.int64]) -
         for index, wanted in layout.selection:
             marks = frame[index].cat
             frame = frame[marks.codes.isin(_codes(marks.categories, wanted))]
+        if parser.decimal is None and len(frame) and b"." in text:
+            lines = text.split(b"\n")
+            number = next((at for at in frame.index if b"." in lines[at]), int(frame.index[0]))
+            parser.parse([(int(rows[number]), split_line(lines[number].decode(), sign))])
+            if parser.decimal is None:
+                return None
         values: dict[str, NDArray[np.generic]] = {}
         for column in layout.columns:
             cells = frame[column.index]
@@ -302,7 +308,8 @@ def _parse(text: bytes, sign: str, parser: RowParser, rows: NDArray[np.int64]) -
                 continue
             numbers = cells.to_numpy()
             # pandas takes a column of True and False for ones and zeros.
-            if not np.isfinite(numbers).all() or np.isin(numbers, (0.0, 1.0)).all():
+            flags = numbers.size > 0 and np.isin(numbers, (0.0, 1.0)).all()
+            if flags or not np.isfinite(numbers).all():
                 return None
             values[column.role] = numbers
     except (ValueError, OverflowError):  # pandas' parser errors are ValueErrors

@@ -66,7 +66,9 @@ def held_out(prepared: Prepared, model: Model, refit: Refit = descend) -> HeldOu
     model : at its best point
     refit : finds the best point of a likelihood near another in so many iterations
     """
-    loop, likelihood = prepared.loop, model.likelihood
+    loop = prepared.loop
+    # What is left out is predicted with the noise of the blocks themselves.
+    likelihood = replace(model.likelihood, effective=None, within=None)
     reduced = likelihood.reduced
     folds = sample_folds(prepared)
     middle = np.clip(np.round(reduced.position).astype(int), 0, len(loop) - 1)

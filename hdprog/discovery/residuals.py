@@ -77,10 +77,9 @@ def _p_value(entry: tuple[str, float, float]) -> float:
 
 
 def _features(course: Course, angle: FloatArray) -> Mapping[str, FloatArray]:
-    names = dict(coordinates(course))
-    scaled = np.tile(spectrum(_LENGTH), 1)
+    scaled = spectrum(_LENGTH)
     features = {}
-    for name, values in names.items():
+    for name, values in coordinates(course).items():
         basis = basis_of(name, float(values.min()), float(values.max()), course)
         features[name] = basis * np.tile(scaled, basis.shape[1] // FEATURES)
         if name == "temperature":

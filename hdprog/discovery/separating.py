@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from hdprog.discovery.forward_step import Step
-from hdprog.discovery.model import Model
 from hdprog.discovery.pooling import THRESHOLD
 from hdprog.discovery.sharing import gain_of_steps
 
@@ -49,10 +48,7 @@ def indistinguishable(steps: Sequence[Step], chosen: str) -> tuple[str, ...]:
 
 
 def _drop(steps: Sequence[Step], name: str) -> float:
-    def left(model: Model) -> float:
-        return model.misfit
-
-    return sum(left(step.before) - left(step.models[name]) for step in steps)
+    return sum(step.before.misfit - step.models[name].misfit for step in steps)
 
 
 def separating_test(names: Collection[str]) -> str | None:
@@ -61,7 +57,7 @@ def separating_test(names: Collection[str]) -> str | None:
     if len(together) < 2:
         return None
     advice = []
-    if together & _FOLLOW_RATE and len(together) > 1 and not together <= _SLOW:
+    if together & _FOLLOW_RATE and not together <= _SLOW:
         advice.append(
             "Repeat the test at a second loading rate, at least three times as fast or as slow: "
             "viscous and Stribeck friction and creep change with it, friction that follows the "

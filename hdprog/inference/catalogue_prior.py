@@ -48,7 +48,7 @@ from hdprog.config.drive import DEFAULT_ALPHA
 from hdprog.inference.catalogue import CatalogueGear, CatalogueNumbers
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.prior_schema import PriorFile
-from hdprog.inference.priors import Prior
+from hdprog.inference.priors import Prior, even_draws
 from hdprog.physics.figures import Operation, catalogue_stiffness
 from hdprog.physics.parameters import NAMES, FloatArray
 
@@ -60,7 +60,7 @@ WIDTH_OF_THRESHOLD = 2.5
 TOLERANCE = 0.05
 _MOVED = ("K_F", "K_W", "a", "b", "T_T")
 _INDEX = [NAMES.index(name) for name in _MOVED]
-_POINTS = 4096
+_BINARY_LOG = 12  # of the number of draws
 _STEP = 0.1  # of the derivative, in standard deviations: far above the grain of a median
 _MOST_STEPS = 60
 _DIGITS = 3
@@ -143,7 +143,7 @@ def scaled(prior: Prior, own: CatalogueNumbers, other: CatalogueNumbers) -> Prio
 
 def median_stiffness(prior: Prior, numbers: CatalogueNumbers) -> FloatArray:
     """Medians (3,) of K1, K2 and K3 over a prior, in Nm/rad."""
-    parameters = prior.to_physical(prior.mean + prior.sd * _even_draws())
+    parameters = prior.to_physical(prior.mean + prior.sd * even_draws(_BINARY_LOG))
     operation = operation_of_catalogue(numbers)
     slopes = [catalogue_stiffness(index, parameters, operation) for index in (1, 2, 3)]
     return np.asarray(np.median(slopes, axis=1))
@@ -209,16 +209,6 @@ def _anchor() -> _Anchor:
         table["K3_Nm_per_rad"],
     )
     return _Anchor(file.prior(None), numbers)
-
-
-@cache
-def _even_draws() -> FloatArray:
-    """Evenly spread standard normal draws (points, 8): the same on every machine."""
-    from scipy.special import ndtri
-    from scipy.stats import qmc
-
-    sobol = qmc.Sobol(len(NAMES), scramble=False).random(_POINTS)
-    return np.asarray(ndtri(sobol + 0.5 / _POINTS))
 
 
 def _round(value: float) -> float:

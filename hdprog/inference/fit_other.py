@@ -38,7 +38,7 @@ class OtherPosterior:
     starts : modes, best first
     chains : (ensembles, steps, walkers, size) thinned draws of coordinates
     offset, noise_scale : (ensembles, steps, walkers), rad and -
-    diagnostics : of the whole chains; quantities as in `chains`
+    diagnostics : of the chains as sampled, before they are thinned; quantities as in `chains`
     converged : R-hat, ESS and length all reached what they must
     sampling : numbers of the run by name
     method : how it was sampled, in words
@@ -67,7 +67,7 @@ def fit_other(
     rng : the only source of randomness
     plan : how long to sample
     """
-    likelihood = _described(prepared, model, rng)
+    likelihood = _described(prepared, model)
     starts = other_starts(likelihood, rng)
     if not model.needs:
         # A block's mean angle differs from the angle at its mean torque by what the model bends.
@@ -93,7 +93,7 @@ def fit_other(
     return _ensembles(likelihood, starts, rng, plan)
 
 
-def _described(prepared: Prepared, model: OtherModel, rng: np.random.Generator) -> OtherLikelihood:
+def _described(prepared: Prepared, model: OtherModel) -> OtherLikelihood:
     """Likelihood with the record's own noise; of a nonnegative model, behind its best history."""
     drive = prepared.likelihood
     reduced = drive.reduced

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hdprog.inference.priors import Prior
+from hdprog.inference.priors import Prior, even_draws
 from hdprog.physics.parameters import FloatArray, Parameters
 from hdprog.results import LEVELS, Combination, Identification
 
@@ -57,12 +57,7 @@ def identification(posterior: Posterior) -> Identification:
 
 def prior_points(prior: Prior) -> Parameters:
     """Quasi-random points of a prior, by name, (1024,) each: the same at every call."""
-    from scipy.special import ndtri
-    from scipy.stats import qmc
-
-    uniform = qmc.Sobol(prior.mean.size, scramble=False).random_base2(_QUASI_RANDOM)
-    inside = (uniform + 0.5 / len(uniform)) % 1.0
-    return prior.to_physical(prior.mean + prior.sd * ndtri(inside))
+    return prior.to_physical(prior.mean + prior.sd * even_draws(_QUASI_RANDOM))
 
 
 def _combination(posterior: FloatArray, prior: FloatArray) -> Combination:

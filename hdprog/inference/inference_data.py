@@ -63,9 +63,9 @@ def inference_data(
         {"units": "1", "long_name": "factor on the noise of observed_data.noise_sd"},
     )
     draws["initial_slip_fraction"] = (_DIMS, sigmoid(chains[..., COUNT]), {"units": "1"})
-    coarse = chains[:, :, :: max(1, chains.shape[2] // _POINTWISE_STEPS)]
     every = max(1, chains.shape[2] // _POINTWISE_STEPS)
-    by_block = (posterior.likelihood, coarse, offset[:, :, ::every], scale[:, :, ::every])
+    few = slice(None, None, every)
+    by_block = (posterior.likelihood, chains[:, :, few], offset[:, :, few], scale[:, :, few])
     groups = {}
     if posterior.likelihood.least_squares is None:
         groups["log_likelihood"] = dataset({"angle": ((*_COARSE, "block"), _pointwise(*by_block))})

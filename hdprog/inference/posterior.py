@@ -36,7 +36,8 @@ class Posterior:
     likelihood : of the reduced record, noise model included
     chains : (ensembles, steps, walkers, size) thinned draws of points, see `likelihood`
     offset, noise_scale : (ensembles, steps, walkers) drawn given the chains; rad and -
-    diagnostics : of the whole chains, before thinning; quantities as in `chains`
+    diagnostics : of the chains as sampled, thinned by half their autocorrelation time; of the
+        coordinates that are sampled, not of effects that are integrated out
     converged : R-hat, ESS and length all reached what they must
     best : (size,) best point found by least squares
     turning_points : indices of the record's first reading, reversals and last reading

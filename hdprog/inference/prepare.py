@@ -96,11 +96,13 @@ def prepare(
         if the drive names a prior that does not exist
     """
     warnings = list(loop.warnings)
-    sound, _ = levelled(loop)
+    record = loop
+    sound, wrong = levelled(record)
     points = turning_points(sound.torque, time=sound.time)
-    loop, points, remark = first_stretches(loop, points)
+    loop, points, remark = first_stretches(record, points)
     warnings += [remark] if remark else []
-    sound, wrong = levelled(loop)
+    if loop is not record:
+        sound, wrong = levelled(loop)
     if prior is None:
         prior, remark = prior_of_drive(drive, RecordScales.of(sound.torque, sound.angle))
         warnings += [remark] if remark else []

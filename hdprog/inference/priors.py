@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 
@@ -101,3 +102,13 @@ class RecordScales:
 def log_median(name: str, median: float) -> float:
     """Coordinate of a median value of a log or negative-log parameter."""
     return math.log(-median if BY_NAME[name].transform == "negative_log" else median)
+
+
+@cache
+def even_draws(binary_log: int) -> FloatArray:
+    """Evenly spread standard normal draws (2**binary_log, 8): the same on every machine."""
+    from scipy.special import ndtri
+    from scipy.stats import qmc
+
+    uniform = qmc.Sobol(len(NAMES), scramble=False).random_base2(binary_log)
+    return np.asarray(ndtri(uniform + 0.5 / len(uniform)))

@@ -19,7 +19,7 @@ class Scales:
     ----------
     torque : largest torque in Nm
     angle : half the range of the torsion angle in rad
-    rate : largest loading rate in Nm/s; None for an untimed record
+    rate : loading rate in Nm/s that 2 % of the readings exceed; None for an untimed record
     duration : in s; None for an untimed record
     sweep : range of the absolute output position in rad; None where it was not recorded
     output_middle : mean absolute output position in rad, from which its lines' phases count; None

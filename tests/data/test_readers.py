@@ -7,7 +7,7 @@ import math
 import re
 import time
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +15,10 @@ import numpy as np
 import pytest
 
 from hdprog.config import Drive
+from hdprog.data import text_stream
 from hdprog.data.loop import Loop
 from hdprog.data.readers import parse_columns, parse_select, read_loop
+from hdprog.data.row_parser import Block, RowParser
 from hdprog.errors import BadInputError, UsageError
 from tests.data.samples import rows, table, two_sided, write
 
@@ -230,6 +232,33 @@ def test_a_selection_of_several_columns_takes_rows_that_fit_all(tmp_path: Path) 
     assert loop.torque == pytest.approx(TORQUE[::2])
     with pytest.raises(BadInputError, match="unloading 56%"):
         read_loop(path, select="even=0,mode=slow")
+
+
+@pytest.mark.parametrize("sign", [",", "\t", ";"])
+@pytest.mark.parametrize("run", ["1", "3"])
+def test_a_selection_reads_no_row_cell_by_cell_that_need_not_be(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sign: str, run: str
+) -> None:
+    """Blocks that hold no row of it, or none at their beginning, had been read so."""
+    lines = [
+        sign.join((str(part), f"{t:.9g}", f"{a:.12g}"))
+        for part in (1, 2, 3)
+        for t, a in zip(TORQUE, ANGLE, strict=True)
+    ]
+    header = sign.join(("run", "torque_Nm", "angle_rad"))
+    path = write(tmp_path / "loop.csv", "\n".join([header, *lines]) + "\n")
+    monkeypatch.setattr(text_stream, "_BLOCK_BYTES", 1000)
+    counted: list[int] = []
+    parse = RowParser.parse
+
+    def counting(parser: RowParser, lines: Iterable[tuple[int, list[str]]]) -> Block:
+        lines = list(lines)
+        counted.append(len(lines))
+        return parse(parser, lines)
+
+    monkeypatch.setattr(RowParser, "parse", counting)
+    assert_is_the_record(read_loop(path, select=f"run={run}"))
+    assert max(counted) == 1
 
 
 def test_options_taken_apart() -> None:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.data.synthetic import measured_loop, torque_history
-from hdprog.discovery.heldout import sample_folds
+from hdprog.discovery.heldout import held_out, sample_folds
+from hdprog.discovery.model import Model
 from hdprog.inference.prepare import prepare
+from hdprog.inference.within_blocks import WithinBlocks
 from tests.physics.table2 import POST_TEST
 
 
@@ -23,3 +27,19 @@ def test_whole_cycles_where_there_are_three(cycles: int, folds: int, one_sided: 
     loop = Loop(record["torque_Nm"], record["angle_rad"], record["time_s"])
     found = sample_folds(prepare(loop, Drive(), rng))
     assert len(np.unique(found)) == folds
+
+
+def test_predicted_with_the_noise_of_the_blocks_themselves() -> None:
+    """What widens the scale, or knows it from inside the blocks, is not the readings' noise."""
+    rng = np.random.default_rng(2)
+    torque = torque_history(60.0, 3000, 3, one_sided=False)
+    record = measured_loop(POST_TEST, torque, rng)
+    loop = Loop(record["torque_Nm"], record["angle_rad"], record["time_s"])
+    prepared = prepare(loop, Drive(), rng)
+    plain = Model(prepared.likelihood, tuple(prepared.starts))
+    wider = replace(prepared.likelihood, effective=prepared.likelihood.blocks / 3)
+    inside = replace(prepared.likelihood, within=WithinBlocks(4e3, 4e3))
+    expected = held_out(prepared, plain).log_density
+    for likelihood in (wider, inside):
+        found = held_out(prepared, Model(likelihood, plain.starts)).log_density
+        np.testing.assert_array_equal(found, expected)

@@ -17,7 +17,7 @@ from hdprog.physics.parameters import FloatArray
 
 
 class ViscousFriction(Effect):
-    """−(w/2)·v with τ dv/dt = sign(dT/dt)·|dT/dt / r_max|^p − v, r_max the record's largest rate.
+    """−(w/2)·v with τ dv/dt = sign(dT/dt)·|dT/dt / r_max|^p − v, r_max the record's `Scales.rate`.
 
     τ is the short memory with which the friction follows the rate. Linear for p = 1; grease thins
     with shear, so p may be less (Tuttle and Seering, IEEE Trans. Robot. Autom. 12 (1996) 368, find
