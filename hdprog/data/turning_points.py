@@ -30,6 +30,7 @@ def _swing(torque: NDArray[np.float64], noise: float) -> float:
 
 def turning_points(
     torque: NDArray[np.float64],
+    min_swing: float | None = None,
     time: NDArray[np.float64] | None = None,
 ) -> NDArray[np.intp]:
     """Find the samples at which the torque turns.
@@ -38,6 +39,8 @@ def turning_points(
     ----------
     torque : ndarray, shape (n,)
         Torque [Nm] in the order of recording, n ≥ 1.
+    min_swing : float or None
+        Smallest change of torque [Nm] that counts as a swing; None takes `smallest_swing`.
     time : ndarray, shape (n,), or None
         Increasing times of the samples, where they are known.
 
@@ -45,16 +48,16 @@ def turning_points(
     -------
     ndarray of int, shape (k,)
         Increasing indices: the first sample, the last before each reversal, the last sample.
-        Between two of them the torque changes by at least `smallest_swing`; where branches are
-        longer than 80 samples, its mean over some neighbours does (at most 25 on either side).
-        Holds and isolated spikes add none; a hold belongs to what went before it.
+        Between two of them the torque changes by at least `min_swing`; where branches are longer
+        than 80 samples, its mean over some neighbours does (at most 25 on either side). Holds and
+        isolated spikes add none; a hold belongs to what went before it.
     """
     torque = np.asarray(torque, dtype=np.float64)
     last = torque.size - 1
     if last < 1:
         return np.zeros(min(torque.size, 1), dtype=np.intp)
     noise = channel_noise(torque, time)
-    swing = _swing(torque, noise)
+    swing = _swing(torque, noise) if min_swing is None else float(min_swing)
     clean = _without_spikes(torque, swing)
     half = _half_window(clean)
     means = _moving_mean(clean, half)
