@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import secrets
+import threading
 from datetime import timedelta
 
 from sqlalchemy import delete, func, select
@@ -15,6 +16,9 @@ from hdprog.store.tables.base import now
 TOO_OFTEN = "Too many wrong passwords of late. Wait 15 minutes, or ask an administrator."
 IDLE = timedelta(hours=12)
 LONGEST = timedelta(days=7)
+CHECKED_ALONE = threading.Lock()
+"""Held while a password is checked and counted: each check sees the wrong ones before it, and
+Argon2's memory is taken once."""
 _WINDOW = timedelta(minutes=15)
 _MOST_FAILURES_OF_ACCOUNT = 10
 _MOST_FAILURES_OF_ADDRESS = 30

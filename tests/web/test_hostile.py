@@ -9,9 +9,10 @@ import re
 from pathlib import Path
 
 import pytest
+from starlette.requests import Request
 from starlette.responses import PlainTextResponse
 from starlette.testclient import TestClient
-from starlette.types import Message
+from starlette.types import Message, Receive, Scope, Send
 
 from hdprog.web.security.body_limit import BodyLimit
 from tests.web.conftest import ClientOf, service_in
@@ -93,6 +94,33 @@ def test_more_than_the_limit_is_refused_by_what_it_claims(api: TestClient) -> No
     )
     assert answer.status_code == 413
     assert "--max-upload-mb" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("kind", ["application/json", "text/plain", ""])
+def test_a_large_body_that_is_no_form_is_not_taken_apart(kind: str) -> None:
+    """JSON is parsed in memory before anybody is asked who they are."""
+    answers: list[Message] = []
+    body = b'{"limits": [' + b"[]," * 400_000 + b"[]]}"
+    sent = iter([body[:700_000], body[700_000:]])
+
+    async def receive() -> Message:
+        part = next(sent, b"")
+        return {"type": "http.request", "body": part, "more_body": bool(part)}
+
+    async def send_on(message: Message) -> None:
+        answers.append(message)
+
+    async def parse(scope: Scope, receive: Receive, send: Send) -> None:
+        await PlainTextResponse(str(await Request(scope, receive).json()))(scope, receive, send)
+
+    limited = BodyLimit(
+        parse, 64_000_000, lambda _, status, words: PlainTextResponse(words, status)
+    )
+    headers = [(b"content-type", kind.encode())] if kind else []
+    scope = {"type": "http", "method": "POST", "path": "/", "headers": headers}
+    asyncio.run(limited(scope, receive, send_on))
+    assert answers[0]["status"] == 413
+    assert b"1 MB" in answers[1]["body"]
 
 
 def test_a_claim_that_is_no_number_is_refused() -> None:

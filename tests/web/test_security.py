@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from urllib.parse import quote, unquote
 
@@ -161,6 +162,21 @@ def test_wrong_passwords_are_counted(app_client: TestClient) -> None:
     assert codes == [401] * 10 + [429]
     client = TestClient(app_client.app, client=("10.9.8.6", 1))
     assert log_in(client, "viewer").status_code == 303
+
+
+def test_passwords_tried_side_by_side_are_counted_like_those_in_turn(
+    app_client: TestClient,
+) -> None:
+    def tried(_: int) -> int:
+        browser = TestClient(app_client.app, client=("10.9.8.5", 1))
+        return int(log_in(browser, "nobody-either", "wrong password").status_code)
+
+    with ThreadPoolExecutor(13) as threads:
+        codes = sorted(threads.map(tried, range(13)))
+    assert codes == [401] * 10 + [429] * 3
+    with service_in(app_client).store.reading() as session:
+        noted = [line.action for line in trail(session, subject="nobody-either")]
+    assert noted == ["login failed"] * 10  # a trail grows by what was checked
 
 
 def test_headers_of_pages(person: ClientOf) -> None:

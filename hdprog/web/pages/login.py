@@ -10,7 +10,14 @@ from starlette.responses import RedirectResponse, Response
 
 from hdprog.store.accounts import find_user, verify
 from hdprog.store.audit import Actor, note
-from hdprog.store.logins import TOO_OFTEN, close_session, count_failure, open_session, throttled
+from hdprog.store.logins import (
+    CHECKED_ALONE,
+    TOO_OFTEN,
+    close_session,
+    count_failure,
+    open_session,
+    throttled,
+)
 from hdprog.web.rendering import render
 from hdprog.web.security.identity import (
     SESSION,
@@ -42,15 +49,16 @@ def log_in(
     """Check a password, and give the browser a session."""
     service, address = service_of(request), address_of(request)
     name = name.strip()
-    with service.store.reading() as session:
-        blocked = throttled(session, name, address)
-        user = None if blocked else find_user(session, name)
-    right = False if blocked else verify(user, password)
-    if not right or user is None:
-        with service.store.writing() as session:
-            if not blocked:
+    with CHECKED_ALONE:
+        with service.store.reading() as session:
+            blocked = throttled(session, name, address)
+            user = None if blocked else find_user(session, name)
+        right = False if blocked else verify(user, password)
+        if not right and not blocked:
+            with service.store.writing() as session:
                 count_failure(session, name, address)
-            note(session, Actor(name[:100] or "nobody", address), "login failed", name[:100])
+                note(session, Actor(name[:100] or "nobody", address), "login failed", name[:100])
+    if not right or user is None:
         context = {"next": _own(next), "problem": TOO_OFTEN if blocked else _WRONG, "name": name}
         return render(request, "login.html", context, 429 if blocked else 401)
     with service.store.writing() as session:

@@ -10,7 +10,7 @@ from starlette.responses import RedirectResponse, Response
 from hdprog.errors import BadInputError
 from hdprog.store import accounts
 from hdprog.store.audit import note
-from hdprog.store.logins import TOO_OFTEN, count_failure, throttled
+from hdprog.store.logins import CHECKED_ALONE, TOO_OFTEN, count_failure, throttled
 from hdprog.store.settings import ServiceSettings, change_settings, service_settings
 from hdprog.store.tables import TokenRow, UserRow
 from hdprog.web.rendering import render
@@ -45,14 +45,17 @@ def change_password(
 ) -> Response:
     """Change one's own password."""
     service = service_of(request)
-    with service.store.reading() as session:
-        if throttled(session, who.name, who.address):
-            return _page(request, who, TOO_OFTEN, status=429)
-        user = accounts.find_user(session, who.name)
-    if user is None or not accounts.verify(user, old):
-        with service.store.writing() as session:
-            count_failure(session, who.name, who.address)
-            note(session, who.actor, "wrong password", who.name)
+    with CHECKED_ALONE:
+        with service.store.reading() as session:
+            if throttled(session, who.name, who.address):
+                return _page(request, who, TOO_OFTEN, status=429)
+            user = accounts.find_user(session, who.name)
+        right = accounts.verify(user, old)
+        if not right:
+            with service.store.writing() as session:
+                count_failure(session, who.name, who.address)
+                note(session, who.actor, "wrong password", who.name)
+    if user is None or not right:
         return _page(request, who, "Your password: found another than the one in use. Try again.")
     try:
         with service.store.writing() as session:

@@ -14,6 +14,10 @@ _HEARD_OUT = 4
 """A body of up to so many times the limit is thrown away to its end before it is refused: a browser
 that still sends does not look at an answer."""
 
+_FORMS = ("multipart/form-data", "application/x-www-form-urlencoded")
+_MOST_BESIDE = 1_000_000
+"""Bytes of a body that is no form: JSON is taken apart in memory, before it is known who asks."""
+
 
 class _TooLargeError(Exception):
     """The body went over the limit."""
@@ -25,7 +29,7 @@ class BodyLimit:
     Parameters
     ----------
     app : what lies behind
-    most : bytes
+    most : bytes of a form; of anything else at most a megabyte
     refuse : makes the answer of a request, a status and words
     """
 
@@ -37,11 +41,14 @@ class BodyLimit:
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        claimed = Headers(scope=scope).get("content-length", "0")
-        if not claimed.isdecimal() or int(claimed) > self.most:
-            if claimed.isdecimal() and int(claimed) <= _HEARD_OUT * self.most:
+        headers = Headers(scope=scope)
+        form = headers.get("content-type", "").lower().startswith(_FORMS)
+        most = self.most if form else min(self.most, _MOST_BESIDE)
+        claimed = headers.get("content-length", "0")
+        if not claimed.isdecimal() or int(claimed) > most:
+            if claimed.isdecimal() and int(claimed) <= _HEARD_OUT * most:
                 await _hear_out(receive)
-            await self._refuse(scope, receive, send)
+            await self._refuse(scope, receive, send, most, form)
             return
         seen, begun, over = 0, False, False
 
@@ -49,7 +56,7 @@ class BodyLimit:
             nonlocal seen, over
             message = await receive()
             seen += len(message.get("body", b""))
-            if seen > self.most:
+            if seen > most:
                 over = True
                 raise _TooLargeError
             return message
@@ -67,14 +74,17 @@ class BodyLimit:
             if begun:
                 raise
         if over and not begun:
-            await self._refuse(scope, receive, send)
+            await self._refuse(scope, receive, send, most, form)
 
-    async def _refuse(self, scope: Scope, receive: Receive, send: Send) -> None:
-        words = (
-            f"request: found more than {self.most / 1e6:g} MB; expected at most that. Upload one "
-            "test at a time, pack it with gzip or keep every tenth row; whoever runs the server "
-            "can raise --max-upload-mb."
-        )
+    async def _refuse(
+        self, scope: Scope, receive: Receive, send: Send, most: int, form: bool
+    ) -> None:
+        words = f"request: found more than {most / 1e6:g} MB; expected at most that."
+        if form:
+            words += (
+                " Upload one test at a time, pack it with gzip or keep every tenth row; whoever "
+                "runs the server can raise --max-upload-mb."
+            )
         answer = self.refuse(Request(scope), 413, words)
         answer.headers["connection"] = "close"
         await answer(scope, receive, send)
