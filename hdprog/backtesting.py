@@ -70,7 +70,7 @@ class Backtest:
         return backtest_json(self.result)
 
     def write(self, out: str | Path, command: str = "Python API") -> None:
-        """Write backtest.json and report.html, whole or not at all."""
+        """Write backtest.json and report.html, each whole; a new folder at once."""
         from hdprog.reporting.backtest import build_backtest_report
 
         provenance = replace(self.result.provenance, command=command)

@@ -68,7 +68,7 @@ class ComparisonOutcome:
         return comparison_json(self.result)
 
     def write(self, out: str | Path, command: str = "Python API") -> None:
-        """Write compare.json and report.html, whole or not at all."""
+        """Write compare.json and report.html, each whole; a new folder at once."""
         from hdprog.reporting.comparison import build_comparison_report
 
         provenance = replace(self.result.provenance, command=command)

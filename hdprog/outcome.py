@@ -45,7 +45,7 @@ def in_a_line(result: object, names: Iterable[str], *, converged: bool) -> str:
 
 
 def write_beside_report(out: Path, name: str, document: Mapping[str, Any], report: str) -> None:
-    """Write a JSON document and report.html into a folder, whole or not at all.
+    """Write a JSON document and report.html into a folder, each whole; a new folder at once.
 
     A report.pdf of before goes: it would be another report than the one beside it.
     """
@@ -157,7 +157,7 @@ class Outcome:
     def write(
         self, out: str | Path, command: str = "Python API", workers: int | None = None
     ) -> None:
-        """Write the JSON files, report.html and the posteriors, whole or not at all.
+        """Write the JSON files, report.html and the posteriors, each whole; a new folder at once.
 
         Parameters
         ----------

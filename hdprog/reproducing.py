@@ -58,7 +58,7 @@ class ReproductionOutcome:
         return reproduction_json(self.result)
 
     def write(self, out: str | Path, command: str = "Python API") -> None:
-        """Write reproduction.json and report.html, whole or not at all."""
+        """Write reproduction.json and report.html, each whole; a new folder at once."""
         from hdprog.reporting.reproduction import build_reproduction_report
 
         provenance = replace(self.result.provenance, command=command)

@@ -35,6 +35,8 @@ _EDGE = 0.04  # inches left free at the edge of the figure
 _USUAL_LEFT = 0.72  # inches; pictures with short labels line up below each other
 _LETTER_WIDTH = 0.0685  # inches a letter at 8.5 points, DejaVu Sans, on average
 _ROW_HEIGHT = 0.17  # inches
+_MOST_ROWS = 4  # of labels above the axes
+_APART = 0.12  # inches from one label to the next of a row
 _BETWEEN = 0.06  # inches between tick labels beside each other, at the least
 
 
@@ -59,7 +61,7 @@ class Event:
 class _Label:
     event: Event
     left: float  # inches from the axes' left edge
-    row: int
+    row: int | None  # above the axes; None without a label
 
     @property
     def middle(self) -> float:
@@ -171,7 +173,8 @@ def mark_events(axes: Axes, events: Sequence[Event]) -> None:
     """Draw vertical lines and their labels above the axes, in rows so that none overlaps.
 
     The axes are made as high as the rows of labels leave room in the figure. Events outside the
-    axis are left out. The axes' x limits must have been set.
+    axis are left out, and where they are many, some have a line and no label. The axes' x limits
+    must have been set.
     """
     figure = axes.get_figure()
     if figure is None:
@@ -179,11 +182,12 @@ def mark_events(axes: Axes, events: Sequence[Event]) -> None:
     wide, high = figure.get_figure(root=True).get_size_inches()
     place = axes.get_position()
     labels = _arrange(axes.get_xlim(), place.width * wide, events)
-    rows = 1 + max((label.row for label in labels), default=0)
+    rows = 1 + max((label.row or 0 for label in labels), default=0)
     height = high * (1.0 - place.y0) - 0.12 - rows * _ROW_HEIGHT
     axes.set_position((place.x0, place.y0, place.width, height / high))
     for label in labels:
-        event, top = label.event, 1.0 + (0.04 + label.row * _ROW_HEIGHT) / height
+        event, row = label.event, label.row or 0
+        top = 1.0 + (0.04 + row * _ROW_HEIGHT) / height
         axes.plot(
             [event.hours, event.hours],
             [0.0, top],
@@ -194,6 +198,8 @@ def mark_events(axes: Axes, events: Sequence[Event]) -> None:
             clip_on=False,
             zorder=2.5,
         )
+        if label.row is None:
+            continue
         axes.text(
             label.middle / (place.width * wide),
             top,
@@ -210,17 +216,29 @@ def mark_events(axes: Axes, events: Sequence[Event]) -> None:
 
 
 def _arrange(limits: tuple[float, float], width: float, events: Sequence[Event]) -> list[_Label]:
-    """Give each event inside the limits a place on an axis of a width in inches."""
+    """Give each event inside the limits a place on an axis of a width in inches.
+
+    Labels take room in the order of the events; one that finds none in `_MOST_ROWS` has no row.
+    """
     first, last = limits
-    ends: list[float] = []  # right end of the last label of each row
+    taken: list[list[tuple[float, float]]] = [[] for _ in range(_MOST_ROWS)]
     labels = []
-    for event in sorted(events, key=lambda e: e.hours):
+    for event in events:
         if not first <= event.hours <= last:
             continue
         at = (event.hours - first) / (last - first) * width
         length = len(event.label) * _LETTER_WIDTH
         left = min(max(at - length / 2, 0.0), max(width - length, 0.0))
-        row = next((i for i, end in enumerate(ends) if end + 0.12 < left), len(ends))
-        ends[row : row + 1] = [left + length]
+        right = left + length
+        row = next(
+            (
+                number
+                for number, places in enumerate(taken)
+                if all(left > end + _APART or right + _APART < start for start, end in places)
+            ),
+            None,
+        )
+        if row is not None:
+            taken[row].append((left, right))
         labels.append(_Label(event, left, row))
     return labels

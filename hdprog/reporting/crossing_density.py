@@ -43,6 +43,8 @@ def crossing_density(forecast: Forecast, hours: FloatArray) -> FloatArray:
     ahead = np.maximum(hours - now, _NEAREST * span)
     at = np.log(np.maximum(np.interp(levels, table[:, 1], table[:, 0]) - now, _NEAREST * span))
     width = _bandwidth(at)
+    # Mirrored at the horizon, past which nothing is drawn: what is smoothed past it comes back.
+    at = np.concatenate([at, 2.0 * math.log(span) - at])
     distance = (np.log(ahead)[:, None] - at) / width
     hill = np.exp(-0.5 * distance**2).sum(axis=1) / (_POINTS * width * math.sqrt(2 * math.pi))
     return np.asarray(np.where(inside, (end - start) * hill / ahead, 0.0))

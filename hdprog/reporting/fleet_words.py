@@ -17,8 +17,6 @@ from hdprog.reporting.words import FIRST_LIMIT, quantity, tidy
 
 PROVISIONAL = "Not converged: this is provisional."
 """Beside the sentence of a drive that is: it travels without the label that says so."""
-UNTESTED = 5
-"""Rank of a drive without a result: after those of which something is known."""
 
 _RANKS = {"act": 0, "plan": 2, "present": 3, "good": 4}
 _DUE, _PASSED = 1, 0
@@ -145,6 +143,12 @@ def _sentence(verdict: Mapping[str, Any]) -> str:
     while len(sentences) > 1 and sentences[0].startswith(_CAVEATS):
         del sentences[0]
     return tidy(" ".join([sentences[0], *(_shortened(text) for text in no_pace)]))
+
+
+def without_pace(sentence: str) -> str:
+    """A row's sentence without what its pace rests on, which a whole verdict says by itself."""
+    starts = [at for words in _NO_PACE if (at := sentence.find(f" {words}")) > 0]
+    return sentence[: min(starts, default=len(sentence))]
 
 
 def _shortened(no_pace: str) -> str:

@@ -83,6 +83,10 @@ def _cell(value: Cell) -> str:
     if value is None:
         return ""
     if isinstance(value, str):
-        # A spreadsheet would run such a text as a formula.
-        return f"'{value}" if value.startswith(_FORMULA) else value
+        return no_formula(value)
     return f"{value:.{_DIGITS}g}" if math.isfinite(value) else ""
+
+
+def no_formula(text: str) -> str:
+    """A cell's text that no spreadsheet runs as a formula."""
+    return f"'{text}" if text.startswith(_FORMULA) else text

@@ -18,7 +18,7 @@ OF_PARAMETERS = "Of the parameters,"
 _SURE = 0.95
 _UNINFORMED = 0.1
 _FIRST_ORDER = ("K_W", "mu", "c", "preload_Nm")
-_LEAST_CHANGE, _OF_INTERVAL = 0.02, 0.25
+LEAST_CHANGE, _OF_INTERVAL = 0.02, 0.25
 
 
 def weak_words(test: TestResult) -> list[str]:
@@ -81,7 +81,7 @@ def moved_by_angle(test: TestResult) -> list[str]:
 
 def _tells(levels: Mapping[float, float], other: float) -> bool:
     change = abs(other - levels[0.50])
-    return change > max(_LEAST_CHANGE * abs(levels[0.50]), _OF_INTERVAL * _half_width(levels))
+    return change > max(LEAST_CHANGE * abs(levels[0.50]), _OF_INTERVAL * _half_width(levels))
 
 
 def _half_width(levels: Mapping[float, float]) -> float:

@@ -123,7 +123,11 @@ def pooled_deviates(standard: FloatArray, fleet: FleetPrior) -> FloatArray:
     stretched[:, RATE_VOLATILITY] = ndtri(np.clip(above, 1e-12, 1.0 - 1e-12))
     found = mean + stretched @ root.T
     mean, root = fleet.steady.of_hyperparameters
-    found[steady] = mean + standard[steady] @ root.T
+    # Below the chance levels are as even as all are: a normal deviate again.
+    below = standard[steady].copy()
+    level_below = level[steady] / max(fleet.chance, 1e-12)
+    below[:, RATE_VOLATILITY] = ndtri(np.clip(level_below, 1e-12, 1.0 - 1e-12))
+    found[steady] = mean + below @ root.T
     found[steady, CURVATURE], found[steady, RATE_VOLATILITY] = 0.0, -np.inf
     return np.asarray(found)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -53,7 +54,7 @@ class Paths:
     own: FloatArray
     warmer: FloatArray
 
-    @property
+    @cached_property
     def coordinates(self) -> FloatArray:
         """(draws, times, n) the loops' unconstrained coordinates, then followed amplitudes."""
         return to_loop(self.states)

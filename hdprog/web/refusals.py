@@ -228,7 +228,8 @@ def _of_the_machine(request: Request, error: Exception) -> Response:
         request,
         507,
         f"disk: found no room where records are kept ({os.strerror(error.errno)}); expected some. "
-        "Whoever runs the server must make room; nothing was taken in.",
+        "Whoever runs the server must make room. What was taken in before is kept; send the rest "
+        "again.",
     )
 
 

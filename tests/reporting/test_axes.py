@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from hdprog.reporting.axes import THOUSANDS, align_left, ticks_inside, title_that_fits
+from hdprog.reporting.axes import (
+    THOUSANDS,
+    Event,
+    align_left,
+    mark_events,
+    ticks_inside,
+    title_that_fits,
+)
 from hdprog.reporting.figures.residual_strip import draw_residual, format_axes, residual_height
 from hdprog.reporting.figures.trend_fan import visible_hours
 from hdprog.reporting.rounding import THIN_SPACE
@@ -33,6 +40,21 @@ def test_labels_of_many_digits_have_room(scale: float) -> None:
         assert name.x0 >= 0.0
         assert name.x1 < widest
         assert axes.get_position().x1 == pytest.approx(0.98)
+
+
+@pytest.mark.parametrize("count", [3, 12, 60])
+def test_however_many_events_leave_the_axes_their_height(count: int) -> None:
+    with house_style():
+        figure = new_figure(7.6, 3.3)
+        axes = figure.add_axes((0.1, 0.15, 0.85, 0.65))
+        axes.set_xlim(0.0, 10_000.0)
+        regreased = [Event(150.0 * n, "regreased", "grey", ":") for n in range(1, count + 1)]
+        mark_events(axes, [Event(9_900.0, "now", "black", "-"), *regreased])
+        assert axes.get_position().height > 0.55
+        assert len(axes.lines) == count + 1
+        texts = [text.get_text() for text in axes.texts]
+        assert texts[0] == "now"
+        assert texts.count("regreased") == count if count == 3 else 4 < len(texts) <= count
 
 
 def test_a_title_too_long_for_its_axes_is_shortened() -> None:

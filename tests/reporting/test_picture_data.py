@@ -7,6 +7,7 @@ import io
 from urllib.parse import unquote
 
 import numpy as np
+import pytest
 
 from hdprog.reporting.build import build_report
 from hdprog.reporting.crossing_density import crossing_density
@@ -80,6 +81,18 @@ def test_the_density_holds_what_crosses_between_now_and_the_horizon() -> None:
     assert abs(area - (table[-1, 1] - table[0, 1])) < 0.01
     assert not density[hours < 900.0].any()
     assert abs(hours[np.argmax(density)] - 3000.0) < 250.0
+
+
+def test_a_density_that_goes_on_past_the_horizon_does_not_bend_down_there() -> None:
+    """A third crosses, evenly over the hours and past the horizon."""
+    draws = np.linspace(900.0, 60_000.0, 6000)
+    forecast = drives.forecast_of(drives.LOST_MOTION, draws, now=900.0)
+    horizon = forecast.crossing_probability[-1, 0]
+    hours = np.linspace(900.0, horizon, 20_001)
+    density = crossing_density(forecast, hours)
+    crossed = forecast.crossing_probability[-1, 1] - forecast.crossing_probability[0, 1]
+    assert abs(float(np.mean(density)) * (horizon - 900.0) - crossed) < 0.01 * crossed
+    assert density[-1] == pytest.approx(1.0 / 59_100.0, rel=0.25)
 
 
 def test_nothing_crossing_has_no_density() -> None:

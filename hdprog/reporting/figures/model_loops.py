@@ -29,7 +29,7 @@ def model_loops(result: Comparison) -> Picture:
     models = result.models
     height = len(models) * (_HEIGHT + _GAP) - _GAP + _TOP + _BELOW
     figure = new_figure(7.6, height)
-    slope = straight_slope(_widest(models).fit)
+    slope = straight_slope(_closest(models).fit)
     middle = float(np.mean(models[0].fit.angle))
     bent = [ARCMIN * _straight(one.fit, one.fit.angle, slope, middle) for one in models]
     low = min(float(values.min()) for values in bent)
@@ -91,7 +91,7 @@ def _data(models: tuple[ComparedModel, ...], slope: float, middle: float) -> Pic
     return replace(found, left_out=left_out)
 
 
-def _widest(models: tuple[ComparedModel, ...]) -> ComparedModel:
+def _closest(models: tuple[ComparedModel, ...]) -> ComparedModel:
     """The model with the smallest error: its fit gives the straight line."""
     return min(models, key=lambda one: one.errors.rmse_rad)
 

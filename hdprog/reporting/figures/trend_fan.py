@@ -101,9 +101,12 @@ def _crossing_shown(forecast: Forecast) -> str:
     ):
         return ""
     said = " The hill on the limit line is the density of the hour at which it is passed"
-    if outlook.crossing_hours(forecast).get(0.05) is None:
+    crossing = outlook.crossing_hours(forecast)
+    if crossing.get(0.05) is None:
         return f"{said}."
-    return f"{said}; the bar spans 90 % of it (an arrow: it goes on), the diamond is its middle."
+    bar = "begins at 5 % of it and goes on" if crossing.get(0.95) is None else "spans 90 % of it"
+    middle = "" if crossing.get(0.50) is None else ", the diamond is its middle"
+    return f"{said}; the bar {bar}{middle}."
 
 
 def _action(forecast: Forecast) -> str:

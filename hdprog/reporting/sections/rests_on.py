@@ -15,7 +15,7 @@ from hdprog.reporting.rounding import (
     significant,
 )
 from hdprog.reporting.sections.table import Cell, Row, Table, Value
-from hdprog.reporting.weak_words import moved_by_angle, not_reached
+from hdprog.reporting.weak_words import LEAST_CHANGE, moved_by_angle, not_reached
 from hdprog.reporting.words import (
     agree,
     capital,
@@ -166,8 +166,8 @@ def _tooth_angle(test: TestResult) -> Table | None:
         kinds = dict.fromkeys("stiffness" if "stiffness" in name else name for name in names)
         caption += (
             f" {capital(listed(kinds))} {agree(len(kinds), 'changes', 'change')} by less than "
-            f"{_up(100 * most)}{THIN_SPACE}%. Parameters that are not listed stay well inside "
-            "their intervals."
+            f"{_up(100 * most)}{THIN_SPACE}%. Parameters that are not listed change by less than "
+            f"{100 * LEAST_CHANGE:g}{THIN_SPACE}% or stay well inside their intervals."
         )
     return Table.flat(
         caption, ("number", f"{now}, assumed", then, "change"), rows, doubtful=not test.converged

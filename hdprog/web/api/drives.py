@@ -80,7 +80,7 @@ def drive_summary(request: Request, who: ReadingProgram, drive_id: DriveName) ->
     service = service_of(request)
     with service.store.reading() as session:
         drive = drive_named(session, drive_id)
-        waiting = sum(job.state in jobs.OPEN for job in jobs.jobs_of(session, drive, 100))
+        waiting = len(jobs.open_jobs_of(session, drive))
         if drive.analysis_id is None:
             return {**_nothing_yet(drive), "waiting": waiting, "outdated": False}
         return {

@@ -15,6 +15,7 @@ from fastapi import APIRouter, Request
 from starlette.responses import FileResponse, Response
 from starlette.types import Receive, Scope, Send
 
+from hdprog.reporting.picture_data import no_formula
 from hdprog.store import analyses
 from hdprog.store.folder import export_drive
 from hdprog.store.uploads import list_tests
@@ -25,7 +26,6 @@ from hdprog.web.security.identity import Viewer
 from hdprog.web.service import service_of
 
 router = APIRouter()
-_FORMULA = ("=", "+", "-", "@", "\t", "\r")
 _SVG = "image/svg+xml"
 
 
@@ -96,6 +96,7 @@ def save_figures(request: Request, who: Viewer, drive_id: DriveName) -> Response
 def save_folder(request: Request, who: Viewer, drive_id: DriveName) -> Response:
     """Hand a drive out as the folder that `hdprog run` takes, packed."""
     service = service_of(request)
+    service.require_room()
     place = Path(tempfile.mkdtemp(dir=service.store.files.incoming))
     try:
         with service.store.reading() as session:
@@ -202,7 +203,4 @@ def _safe(name: str) -> Iterator[str]:
 
 
 def _cell(value: object) -> object:
-    """Keep a table's program from taking a text for a formula."""
-    if isinstance(value, str) and value.startswith(_FORMULA):
-        return f"'{value}"
-    return value
+    return no_formula(value) if isinstance(value, str) else value

@@ -9,6 +9,7 @@ from fastapi import APIRouter, Request
 from starlette.responses import Response
 
 from hdprog.config import ForecastSettings
+from hdprog.reporting.fleet_words import without_pace
 from hdprog.store import analyses, jobs
 from hdprog.store.drives import content_of
 from hdprog.store.right_drive import open_doubt
@@ -35,6 +36,7 @@ def drive_page(request: Request, who: Viewer, drive_id: DriveName) -> Response:
         tests = list_tests(session, drive, "accepted")
         context = {
             "drive": drive,
+            "lead": without_pace(drive.sentence or ""),
             "content": content,
             "accepted_risk": forecast.get("acceptable_risk", ForecastSettings.acceptable_risk),
             "tests": tests,

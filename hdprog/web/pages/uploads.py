@@ -63,7 +63,7 @@ def uploads_page(request: Request, who: Engineer, drive_id: DriveName) -> Respon
 @router.post("/drives/{drive_id}/uploads", dependencies=[Depends(form_of_ours)])
 async def upload(request: Request, who: Engineer, drive_id: DriveName) -> Response:
     """Read records and show what is in them."""
-    form = await request.form(max_files=200)
+    form = await request.form()
     files = [one for one in form.getlist("files") if isinstance(one, UploadFile) and one.filename]
     if not files:
         return RedirectResponse(f"/drives/{drive_id}?said=empty", 303)

@@ -57,13 +57,11 @@ class Identity:
     name : of the account or the token
     role : what they may do
     address : where from
-    csrf : the token that their forms carry
     """
 
     name: str
     role: Role
     address: str
-    csrf: str
 
     @property
     def actor(self) -> Actor:
@@ -114,7 +112,7 @@ def _person(request: Request) -> Identity:
     service = service_of(request)
     address = address_of(request)
     if not service.settings.login:
-        return Identity("no login", "admin", address, csrf_token(request))
+        return Identity("no login", "admin", address)
     text = request.cookies.get(SESSION)
     if text is None:
         raise LoginNeededError
@@ -122,7 +120,7 @@ def _person(request: Request) -> Identity:
         row = find_session(session, text)
         if row is None:
             raise LoginNeededError
-        found = Identity(row.user.name, _role(row.user.role), address, csrf_token(request))
+        found = Identity(row.user.name, _role(row.user.role), address)
         stale, digest = is_to_be_noted(row), row.digest
     if stale:
         with service.store.writing() as session:
@@ -182,7 +180,7 @@ def _program(
         token = find_token(session, given.credentials)
         if token is None:
             raise TokenNeededError
-        found = Identity(f"token {token.name}", _role(token.role), address_of(request), "")
+        found = Identity(f"token {token.name}", _role(token.role), address_of(request))
         number = token.id
         stale = token.used_at is None or (now() - token.used_at).total_seconds() > 60
     if stale:
