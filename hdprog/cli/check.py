@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from hdprog.config import Drive
     from hdprog.data.check import CheckReport
 
+_FAR_OFF = 5.0  # times: an inch-pound for a Nm is 9, a degree for a radian 57 off
+
 
 def check(
     paths: LoopsOrFolders,
@@ -100,6 +102,7 @@ def _as_a_run_would(report: CheckReport, drive_file: Path | None) -> CheckReport
     ratio = ratio_doubt(drive.model, drive.ratio)
     if ratio is not None:
         warnings.append(ratio)
+    warnings += _stiffness_far_off(drive, report)
     if not problems:
         warnings += _limits_far_off(drive, report)
     return replace(
@@ -112,6 +115,27 @@ def _as_a_run_would(report: CheckReport, drive_file: Path | None) -> CheckReport
         problems=(*report.problems, *problems),
         warnings=(*report.warnings, *warnings),
     )
+
+
+def _stiffness_far_off(drive: Drive, report: CheckReport) -> list[str]:
+    """Say which records are far from the stiffness of the drive's model, one sentence for all."""
+    from hdprog.inference.catalogue import times_expected
+    from hdprog.reporting.rounding import significant
+    from hdprog.reporting.words import listed
+
+    far = {}
+    for name, loop in report.loops:
+        ends = loop.torque_min, loop.torque_max
+        times = times_expected(drive.model, abs(loop.secant_stiffness), *ends)
+        if times is not None and not 1 / _FAR_OFF <= times <= _FAR_OFF:
+            far[name] = f"{significant(times)} times"
+    if not far:
+        return []
+    return [
+        f"Stiffness of {listed(f'{name} is {times}' for name, times in far.items())} that of the "
+        f"catalogue for {drive.model}. Are torque and angle in their units, at the output, and of "
+        "this drive? A drive that is worn out may have a quarter of it."
+    ]
 
 
 def _limits_far_off(drive: Drive, report: CheckReport) -> list[str]:

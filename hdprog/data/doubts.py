@@ -22,10 +22,12 @@ __all__ = ["doubts", "scale_doubts"]
 _STIFFNESS_RANGE = (1e2, 5e6)  # Nm/rad
 _LARGEST_TORQUE = 3e4  # Nm
 _TWIST_RANGE = (3e-5, 0.3)  # rad at rated torque or at a record's largest, for every size
-_RATED_SHARE = (0.01, 30.0)  # of rated torque; ratcheting begins near 10 times rated torque
+_RATED_SHARE = (0.01, 6.0)  # of rated torque; momentary peak torque is 3 to 6 times as much
 _REACHED = 1.05  # times the largest torque: up to there a torque counts as reached
 _COARSER = 30.0  # a rig that records means of 1000 readings is finer than its steps by that much
 _RELATED = 0.3  # correlation of torque and angle; wide loops of worn drives have 0.9
+_BACKWARDS = (0.005, 6.0)  # of the angle's span and times its noise: of branches in wrong order
+_STANDSTILL = 0.12  # of the torque's span; rigs that stick and slip stand still for half of it
 _FULL_ENOUGH = 0.9
 _FEWER = 5.0
 
@@ -68,11 +70,14 @@ def doubts(
             "The angle falls while the torque rises: one of the two has the wrong sign. Change it "
             "in the record; a fit of this one means nothing."
         )
+    elif not turned:
+        yield from _backwards(loop, turns)
     yield from scale_doubts(loop, stiffness, drive)
     if drive is not None:
         yield from _resolution(loop, drive)
     yield from _new_turns(loop)
     yield from _clipping(loop)
+    yield from _standstill(loop)
     yield from _gaps(loop)
     yield from _short_branches(loop, turns)
 
@@ -136,7 +141,7 @@ def _resolution(loop: Loop, drive: Drive) -> Iterator[str]:
         noise = channel_noise(values, loop.time)
         # A load of dead weights has no noise, and large steps; both have to be small.
         step = float(np.median(np.diff(np.unique(values))))
-        if _COARSER * max(np.sqrt(12) * noise, step) < resolution:
+        if _COARSER * max(noise, step) < resolution:
             yield (
                 f"The {name} resolution of {resolution:.3g} {unit} in drive.toml is far coarser "
                 f"than what the record shows, noise of {noise:.2g} {unit}: errors of the model "
@@ -191,6 +196,66 @@ def _clipping(loop: Loop) -> Iterator[str]:
             )
 
 
+def _standstill(loop: Loop) -> Iterator[str]:
+    """Look for an angle that stays where it is while the torque goes on."""
+    torque, angle = loop.torque, loop.angle
+    per_torque = float(np.ptp(angle)) / float(np.ptp(torque))
+    enough = max(
+        _STANDSTILL * float(np.ptp(torque)), 3 * (quantisation_step(angle) or 0.0) / per_torque
+    )
+    enough += 6.0 * noise_sd(torque, loop.time)
+    changes = np.flatnonzero(np.diff(angle)) + 1
+    runs = zip(np.append(0, changes), np.append(changes, len(loop)), strict=True)
+    still = [
+        (int(start), int(end))
+        for start, end in runs
+        if end - start >= max(5, len(loop) // 500) and np.ptp(torque[start:end]) > enough
+    ]
+    if still:
+        start, end = max(still, key=lambda run: run[1] - run[0])
+        samples = sum(end - start for start, end in still)
+        yield (
+            f"The angle stays at {angle[start]:.6g} rad after sample {start + 1} while the torque "
+            f"moves by {np.ptp(torque[start:end]):.3g} Nm: the encoder seems to stand still or to "
+            f"be at its end, in {samples} samples. Leave those out, or measure anew; a fit of this "
+            "record takes them for stiffness."
+        )
+
+
+def _backwards(loop: Loop, turns: NDArray[np.intp]) -> Iterator[str]:
+    """Look for loops that give back more work than they take: unloading lies below loading."""
+    torque, angle = loop.torque, loop.angle
+    gaps, points = [], []
+    for first, middle, last in zip(turns[:-2], turns[1:-1], turns[2:], strict=True):
+        there, back = slice(first, middle + 1), slice(middle, last + 1)
+        low = max(torque[there].min(), torque[back].min())
+        high = min(torque[there].max(), torque[back].max())
+        levels = np.linspace(low, high, 66)[1:-1]
+        angles = [_over_torque(torque[part], angle[part], levels) for part in (there, back)]
+        falls = -1.0 if torque[middle] < torque[first] else 1.0
+        gaps.append(falls * float(np.mean(angles[1] - angles[0])))
+        points.append(last - first)
+    least = _BACKWARDS[0] * float(np.ptp(angle))
+    if not gaps:
+        return
+    noise = noise_sd(angle, loop.time) / np.sqrt(np.median(points))
+    gap = float(np.median(gaps))
+    if gap < -max(least, _BACKWARDS[1] * noise):
+        yield (
+            f"The loop runs backwards: unloading lies {-gap:.2g} rad below loading on average, as "
+            "if the drive gave back more work than it took. Torque and angle may be swapped, the "
+            "rows in reverse order, or one of the two filtered or late; width, loss and lost "
+            "motion of this record mean nothing."
+        )
+
+
+def _over_torque(
+    torque: NDArray[np.float64], angle: NDArray[np.float64], levels: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    order = np.argsort(torque, kind="stable")
+    return np.interp(levels, torque[order], angle[order])
+
+
 def _returns(angle: NDArray[np.float64], run: NDArray[np.intp], unseen: float) -> bool:
     """Tell whether the angle goes on and comes back within a run of equal torque."""
     stretch = angle[run[0] : run[-1] + 1]
@@ -201,13 +266,16 @@ def _returns(angle: NDArray[np.float64], run: NDArray[np.intp], unseen: float) -
 
 def _noise_vanishes(torque: NDArray[np.float64], run: NDArray[np.intp]) -> bool:
     """Tell whether torque that is noisy elsewhere, and not coarse, is the same all along a run."""
-    before, after = torque[: run[0]], torque[run[-1] + 1 :]
-    steps = np.concatenate((np.diff(before), np.diff(after)))
+    steps, bends = (
+        np.concatenate((np.diff(torque[: run[0]], order), np.diff(torque[run[-1] + 1 :], order)))
+        for order in (1, 2)
+    )
+    noisy = np.abs(bends) > 1e-6 * np.ptp(torque)  # not by rounding
     return bool(
         steps.size >= 20
-        # Noise turns the torque at every second sample, and never leaves it where it was.
+        # Noise turns the slope at most samples, and never leaves the torque where it was.
         and np.mean(steps == 0) < 0.01
-        and np.mean(steps[1:] * steps[:-1] < 0) > 0.2
+        and np.mean(noisy[1:] & (bends[1:] * bends[:-1] < 0)) > 0.4
     )
 
 

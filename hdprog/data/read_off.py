@@ -26,6 +26,8 @@ _REACH = 0.03  # of the amplitude, to either side: as far as lines are drawn
 _LEAST_POINTS = 4
 _LEAST_OF_A_BRANCH = 8
 _EDGE = 0.02  # of the amplitude: a branch that ends so near a torque is read there
+_GAP = 0.3  # of the amplitude: a branch with as wide a gap closes no loop
+_USUAL_STEPS = 3.0  # from reading to reading, to a torque beside which there are none
 _LEVELS = 129  # torques that the gap between the branches is summed over
 
 
@@ -190,8 +192,15 @@ class _Branches:
         return total
 
     def _is_whole(self, branch: slice) -> bool:
-        part, needed = self.torque[branch], _WHOLE * self.amplitude
-        return bool(part.min() <= -needed and part.max() >= needed)
+        part, needed = np.sort(self.torque[branch]), _WHOLE * self.amplitude
+        gapless = np.diff(part).max() <= _GAP * self.amplitude
+        return bool(gapless and part[0] <= -needed and part[-1] >= needed)
+
+    def _misses(self, part: FloatArray, torque: float) -> bool:
+        """Whether a branch has no readings about a torque that it passes, and others elsewhere."""
+        usual = float(np.median(np.abs(np.diff(part))))
+        near = max(_REACH * self.amplitude, _USUAL_STEPS * usual)
+        return bool(np.sort(np.abs(part - torque))[1] > near)
 
     def _at(self, branches: Sequence[slice], torque: float) -> FloatArray | None:
         """Mean angle at a torque of the branches that reach it, as weights (samples,)."""
@@ -200,6 +209,7 @@ class _Branches:
             branch
             for branch in branches
             if self.torque[branch].min() - edge <= torque <= self.torque[branch].max() + edge
+            and not self._misses(self.torque[branch], torque)
         ]
         if not reaching:
             return None

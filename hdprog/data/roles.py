@@ -43,7 +43,21 @@ ROLES = {
         required=True,
     ),
     "time": Role(
-        "time", frozenset(("time", "elapsed_time", "timestamp", "time_stamp", "datetime", "zeit"))
+        "time",
+        frozenset(
+            (
+                "time",
+                "elapsed_time",
+                "timestamp",
+                "time_stamp",
+                "datetime",
+                "date_time",
+                "zeit",
+                "uhrzeit",
+                "zeitstempel",
+                "datum_uhrzeit",
+            )
+        ),
     ),
     "temperature": Role("temperature", frozenset(("temperature", "temp", "temperatur"))),
     "output_angle": Role("angle", frozenset(("output_angle", "output_position", "abtriebswinkel"))),

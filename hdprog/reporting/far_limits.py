@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from hdprog.config import Limit
 from hdprog.reporting.rounding import significant
-from hdprog.reporting.words import quantity, threshold_words, with_unit
+from hdprog.reporting.words import capital, quantity, threshold_words, with_unit
 from hdprog.results import DriveResult
 
 # Beyond the 90 % interval. An arc second is 1/60 of an arc minute, a Nm 1/1000 of a kNm.
@@ -56,8 +56,15 @@ def far_words(limit: Limit, low: float, high: float, whose: str) -> str:
     low, high : 90 % interval of its figure
     whose : "the tests show", say
     """
+    if high == 0.0:
+        return (
+            f"{capital(quantity(limit.key).name)} is exactly 0 in all that {whose}: at the torque "
+            "that it is taken at, the teeth never slip. Check the unit of the torque, and "
+            "rated_torque_Nm or reference_torque_Nm in drive.toml; the limit means nothing before "
+            "that."
+        )
     far = _FAR_BY_QUANTITY.get(limit.quantity, _FAR)
-    if limit.threshold > far * high > 0.0:
+    if limit.threshold > far * high:
         times, than = limit.threshold / high, "more"
     elif limit.threshold < low / far:
         times, than = low / limit.threshold, "less"

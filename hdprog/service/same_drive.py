@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from hdprog.config import Drive
-from hdprog.inference.catalogue import find_gear
+from hdprog.inference.catalogue import times_expected
 from hdprog.reporting.rounding import significant
 
 _QUESTION = "Is this the right drive?"
@@ -32,17 +32,10 @@ def doubt(
         known = other.get("secant_stiffness")
         if known and known > 0 and abs(_span(quality) / _span(other) - 1.0) < _LIKE_TORQUE:
             return _words(stiffness / known, f"from that of test {label}")
-    gear = None if drive.model is None else find_gear(drive.model)
-    if gear is None:
-        return None
-    maker = gear.numbers
-    peak = _span(quality) / (2.0 if quality.get("sides") == "two-sided" else 1.0)
-    first = min(peak, maker.T1) / maker.K1
-    second = max(0.0, min(peak, maker.T2) - maker.T1) / maker.K2
-    third = max(0.0, peak - maker.T2) / maker.K3
-    expected = peak / (first + second + third)
+    ends = float(quality["torque_min"]), float(quality["torque_max"])
+    ratio = times_expected(drive.model, stiffness, *ends)
     # Catalogue figures are means of a make; single drives lie up to a third apart.
-    return _words(stiffness / expected, f"from the catalogue's for {drive.model}", 0.5)
+    return None if ratio is None else _words(ratio, f"from the catalogue's for {drive.model}", 0.5)
 
 
 def without_question(words: str) -> str:

@@ -197,6 +197,9 @@ def not_reproduced(
     for number, values in enumerate(own):
         sd, spread = float(values.std()), float(joint[:, number].std())
         shift = float(joint[:, number].mean() - values.mean())
+        if sd == 0.0:  # a width where the teeth never slip is 0 in every draw
+            excess[number] = 0.0 if shift == spread == 0.0 else np.inf
+            continue
         allowed = np.sqrt(max(sd**2 - spread**2, 0.0) + (_SLACK * sd) ** 2)
         excess[number] = max(abs(shift) / (_LARGEST_SHIFT * allowed), spread / (_WIDEST * sd))
     tests = np.flatnonzero(excess > 1.0)

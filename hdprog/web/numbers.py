@@ -17,15 +17,17 @@ def number_of(text: str, where: str) -> float:
         for text that is no number in a file either
     """
     if may_hold_thousands(text):
-        whole, _, decimals = text.rpartition(",")
-        plain = text.replace(",", "")
+        sign, name = (",", "comma") if "," in text else (".", "point")
+        whole, _, decimals = text.rpartition(sign)
+        plain = text.replace(sign, "")
+        meant = f"{whole}.{decimals}" if sign == "," else f"{whole}.{decimals}0"
         raise BadInputError(
-            f"the text {text[:40]!r}, whose comma may stand between thousands or before decimals",
+            f"the text {text[:40]!r}, whose {name} may stand between thousands or before decimals",
             where,
             f"a number without it, such as {plain[:40]} or {plain[:40]}.0",
-            "Leave the comma out."
-            if "," in whole
-            else f"Leave the comma out, or write {whole}.{decimals} with a point if that is meant.",
+            f"Leave the {name} out."
+            if sign in whole
+            else f"Leave the {name} out, or write {meant} if that is meant.",
         )
     plain = text.strip().replace(",", ".")
     if not is_number(plain):

@@ -34,6 +34,7 @@ def folder(tmp_path: Path) -> Path:
         ("CSF-25-80", '[prior]\nfile = "csf-99-80"\n', 3, "no prior called"),
         ("XYZ-99", '[[limits]]\nquantity = "K2_Nm_per_rad"\nbelow = 1.0\n', 3, "no T1 and T2"),
         ("XYZ-99", "", 0, "No prior is known for model XYZ-99"),
+        ("CSF-50-80", "", 0, "times that of the catalogue for CSF-50-80"),
         (
             "CSF-25-80",
             SECANT.format(14.0, 13.0),

@@ -20,8 +20,8 @@ def ramps(*corners: float, samples: int = 101) -> FloatArray:
 
 
 def twist(torque: FloatArray) -> FloatArray:
-    """Angle with a constant friction width, to be a loop and not a line."""
-    return torque / STIFFNESS + 2e-5 * np.sign(np.gradient(torque))
+    """Angle that a constant friction holds back, to be a loop and not a line."""
+    return torque / STIFFNESS - 2e-5 * np.sign(np.gradient(torque))
 
 
 def two_sided() -> tuple[FloatArray, FloatArray]:

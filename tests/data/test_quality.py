@@ -76,7 +76,7 @@ def test_an_angle_1000_times_off_is_seen_on_every_size_of_drive(
     peak: float, stiffness: float, share: float
 ) -> None:
     torque = ramps(0, share * peak, -share * peak, 0)
-    angle = torque / stiffness + 0.01 * share * peak / stiffness * np.sign(np.gradient(torque))
+    angle = torque / stiffness - 0.01 * share * peak / stiffness * np.sign(np.gradient(torque))
     assert warned(Loop(torque, angle)) == ""
     assert "Check the units" in warned(Loop(torque, angle / 1000))
     if share == 1.0:
@@ -86,14 +86,14 @@ def test_an_angle_1000_times_off_is_seen_on_every_size_of_drive(
 @pytest.mark.parametrize(("torque_by", "seen"), [(1e-3, "stiffness"), (1e3, "largest torque is")])
 def test_a_torque_1000_times_off_is_seen_on_a_soft_drive(torque_by: float, seen: str) -> None:
     torque = ramps(0, PEAK, -PEAK, 0)
-    message = warned(Loop(torque_by * torque, torque / 9e3 + 2e-5 * np.sign(np.gradient(torque))))
+    message = warned(Loop(torque_by * torque, torque / 9e3 - 2e-5 * np.sign(np.gradient(torque))))
     assert seen in message
     assert "from mNm or Nmm to Nm" in message
 
 
 def test_plastic_gears_twist_by_degrees() -> None:
     torque = ramps(0, PEAK, -PEAK, 0)
-    assert warned(Loop(torque, torque / 300 + 0.02 * np.sign(np.gradient(torque)))) == ""
+    assert warned(Loop(torque, torque / 300 - 0.02 * np.sign(np.gradient(torque)))) == ""
 
 
 @pytest.mark.parametrize("share", [0.04, 1.0, 3.0])
@@ -258,3 +258,43 @@ def test_minor_loops_do_not_interrupt_a_branch() -> None:
     assert branch_coverage(np.array([0.0, 20, 15, 40, 30, 35, 0])) == (1.0, 1.0)
     assert branch_coverage(np.array([0.0, 40])) == (1.0, 0.0)
     assert branch_coverage(np.array([-40.0, 40])) in {(1.0, 0.0), (0.0, 1.0)}
+
+
+@pytest.mark.parametrize("turns", [(0, PEAK, -PEAK, PEAK, 0), (0, PEAK, 0, PEAK, 0)])
+def test_a_loop_that_gives_back_more_work_than_it_takes(turns: tuple[float, ...]) -> None:
+    torque = ramps(*turns)
+    angle = twist(torque)
+    assert "backwards" not in warned(Loop(torque, angle))
+    assert "backwards" in warned(Loop(torque[::-1], angle[::-1]))
+    late = np.concatenate([np.full(8, angle[0]), angle[:-8]])
+    assert "backwards" not in warned(Loop(torque, late))
+    filtered = np.concatenate([np.full(8, torque[0]), torque[:-8]])
+    assert "backwards" in warned(Loop(filtered, angle))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_line_with_noise_runs_neither_way(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    torque = ramps(0, PEAK, -PEAK, 0)
+    span = 2 * PEAK / 9e3
+    angle = torque / 9e3 + 0.02 * span * rng.standard_normal(torque.size)
+    assert "backwards" not in warned(Loop(torque, angle))
+
+
+def test_an_encoder_that_stands_still_or_is_at_its_end() -> None:
+    torque, angle = two_sided()
+    dead = np.where(np.arange(angle.size) < angle.size // 2, angle, angle[angle.size // 2])
+    assert "stand still" in warned(Loop(torque, dead))
+    assert "stand still" in warned(Loop(torque, np.minimum(angle, 0.7 * angle.max())))
+    coarse = 5e-5 * np.round(angle / 5e-5)
+    assert "stand still" not in warned(Loop(torque, coarse))
+    hold = ramps(0, PEAK, PEAK, -PEAK, -PEAK, 0)
+    assert "stand still" not in warned(Loop(hold, twist(hold)))
+
+
+def test_degrees_for_radians_in_a_declared_resolution() -> None:
+    torque = ramps(0, PEAK, -PEAK, PEAK, 0, samples=401)
+    angle = noisy(twist(torque), 1e-5)
+    read = Loop(torque, 9.77e-6 * np.round(angle / 9.77e-6))
+    assert "far coarser" in warned(read, Drive(noise=NoiseResolution(None, 9.77e-6 * 57.3)))
+    assert "far coarser" not in warned(read, Drive(noise=NoiseResolution(None, 1e-4)))

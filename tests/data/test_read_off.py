@@ -97,3 +97,16 @@ def test_check_tells_them_before_any_fit(tmp_path: Path) -> None:
     assert list(loop["read_off"]) == [request.key for request in REQUESTS[:3]]
     (loop,) = bare.as_json()["loops"]
     assert list(loop["read_off"]) == [request.key for request in REQUESTS[:2]]
+
+
+def test_a_branch_with_a_gap_about_a_torque_is_not_read_there() -> None:
+    """The other cycle shows the width and the loss as well."""
+    path = along(0.0, TOP, -TOP, TOP, -TOP, 0.0)
+    angle = predict(path.torque, WORN)
+    whole = {key: float(how.of(angle)) for key, how in readings(path, REQUESTS, TOP).items()}
+    kept = np.ones(path.torque.size, dtype=bool)
+    kept[500:740] = False  # of the first fall, 38 to -38 Nm
+    gap = TorquePath.exact(path.torque[kept])
+    found = {key: float(how.of(angle[kept])) for key, how in readings(gap, REQUESTS, TOP).items()}
+    for key in ("hysteresis_width_arcmin", "hysteresis_loss_J", "lost_motion_arcmin"):
+        assert found[key] == pytest.approx(whole[key], rel=0.02), key

@@ -8,6 +8,7 @@ import pytest
 
 from hdprog.config import Limit
 from hdprog.reporting.declared_words import declared_words
+from hdprog.reporting.far_limits import far_words
 from hdprog.reporting.fleet_words import fleet_entry
 from hdprog.reporting.sections.warnings import warnings
 from hdprog.reporting.summary import summary_json
@@ -100,3 +101,10 @@ def test_a_limit_far_off_what_the_drive_has_is_told_before_its_risk(
     assert words in told[0]
     assert spaced(verdict(result).sentences[0]) == told[0]
     assert spaced(fleet_entry(summary_json(result)).sentence) == told[0]
+
+
+def test_a_figure_that_is_0_is_no_limit_passed_but_a_torque_that_is_wrong() -> None:
+    limit = Limit("hysteresis_width_arcmin", 0.3, "below")
+    assert "never slip" in far_words(limit, 0.0, 0.0, "the test shows")
+    assert "more than anything" in far_words(limit, 0.001, 0.002, "the test shows")
+    assert far_words(limit, 0.0, 0.4, "the test shows") == ""

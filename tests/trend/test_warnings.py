@@ -12,6 +12,7 @@ from hdprog.physics.parameters import NAMES
 from hdprog.trend.fitting import _warnings
 from hdprog.trend.fleet import FleetPrior
 from hdprog.trend.state_space import HYPERPARAMETERS
+from hdprog.trend.summary import not_reproduced
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_prior import read_wear_prior
 
@@ -55,3 +56,12 @@ def test_what_carries_a_hyperparameter_is_told_of_itself() -> None:
         assert "wear_rate" not in carried
         assert ("clock_exponent" in carried) == named
         assert "volatility" in carried
+
+
+def test_a_figure_that_is_0_in_every_draw_is_reproduced_by_0_alone() -> None:
+    """The width where the teeth never slip."""
+    key, zeros = "hysteresis_width_arcmin", np.zeros((50, 2))
+    own = [np.zeros(50), np.zeros(50)]
+    assert not_reproduced(key, own, zeros) == ()
+    [found] = not_reproduced(key, own, zeros + np.array([0.0, 0.1]))
+    assert (found.tests, found.worst) == ((1,), 1)

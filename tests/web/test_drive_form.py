@@ -106,6 +106,18 @@ def test_commas_between_thousands_are_asked_about(text: str) -> None:
         read_facts({"service_hours": text})
 
 
+@pytest.mark.parametrize(("text", "meant"), [("2.000", "2.0000"), ("12.500", "12.5000")])
+def test_points_between_thousands_are_asked_about(text: str, meant: str) -> None:
+    plain = text.replace(".", "")
+    with pytest.raises(BadInputError) as caught:
+        read_facts({"service_hours": text})
+    assert "whose point may stand between thousands" in str(caught.value)
+    assert f"such as {plain} or {plain}.0. Leave the point out, or write {meant} if" in str(
+        caught.value
+    )
+    assert read_facts({"service_hours": meant}).service_hours == float(meant)
+
+
 @pytest.mark.parametrize(("text", "value"), [("63,5", 63.5), ("0,125", 0.125), ("12,5000", 12.5)])
 def test_a_comma_before_decimals_is_read(text: str, value: float) -> None:
     said = content_of_form(fields_of(CONTENT) | {"rated_torque_Nm": text})

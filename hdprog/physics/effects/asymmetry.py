@@ -37,7 +37,9 @@ class Asymmetry(Effect):
 
     def negative_side(self, parameters: Parameters, values: Values) -> Parameters:
         """See `Effect.negative_side`."""
-        stiffer = np.exp(values["log_stiffness_ratio"][:, 0])
-        rougher = np.exp(values["log_friction_ratio"][:, 0])
+        # A search far off may ask for more than floats hold; no likelihood follows it there.
+        with np.errstate(over="ignore"):
+            stiffer = np.exp(values["log_stiffness_ratio"][:, 0])
+            rougher = np.exp(values["log_friction_ratio"][:, 0])
         scaled = {name: parameters[name] * stiffer for name in ("K_F", "K_W", "a", "b")}
         return {**parameters, **scaled, "mu": parameters["mu"] * rougher}
