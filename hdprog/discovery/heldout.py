@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hdprog.discovery.model import Model
 from hdprog.discovery.residuals import contiguous_folds
+from hdprog.inference.likelihood import COUNT
 from hdprog.inference.prepare import Prepared
 from hdprog.inference.starting_points import StartingPoint, descend
 from hdprog.physics.parameters import FloatArray
@@ -18,6 +19,9 @@ from hdprog.physics.parameters import FloatArray
 _WHOLE = 0.6  # of the largest swing: a rising branch that begins a cycle
 _FEWEST_CYCLES = 3
 _ITERATIONS = 10
+_NEVER = -1  # fold of readings that are not left out
+_EITHER_END = 8.0  # of the way between the envelopes, as a logit
+_MOVED, _MOST_MOVED = 1e-6, 0.5
 _GROUPS = 30  # of blocks, whose joint density counts: neighbours' errors go together
 
 Refit = Callable[[Any, FloatArray, int], StartingPoint | None]
@@ -55,8 +59,23 @@ def sample_folds(prepared: Prepared) -> NDArray[np.intp]:
     return np.asarray(np.maximum(places, 0))
 
 
+def _hangs_on_start(prepared: Prepared) -> NDArray[np.bool_]:
+    """(samples,) whether the drive's slip before the first reading moves a reading.
+
+    None where it moves most of them, of a record that stays inside the play.
+    """
+    ends = np.tile(prepared.starts[0].point, (2, 1))
+    ends[:, COUNT] = -_EITHER_END, _EITHER_END
+    low, high = prepared.likelihood.at_course(prepared.record_course).angle(ends)
+    apart = np.abs(high - low)
+    moved = apart > _MOVED * apart.max()
+    return np.asarray(moved & (moved.mean() < _MOST_MOVED))
+
+
 def held_out(prepared: Prepared, model: Model, refit: Refit = descend) -> HeldOut:
     """Refit a model with each part left out in turn and predict that part.
+
+    Readings that hang on the slip before the first one are never left out: no others tell it.
 
     The torque of the part stays: the history of the slip needs it.
 
@@ -70,15 +89,15 @@ def held_out(prepared: Prepared, model: Model, refit: Refit = descend) -> HeldOu
     # What is left out is predicted with the noise of the blocks themselves.
     likelihood = replace(model.likelihood, effective=None, within=None)
     reduced = likelihood.reduced
-    folds = sample_folds(prepared)
     middle = np.clip(np.round(reduced.position).astype(int), 0, len(loop) - 1)
+    folds = np.where(_hangs_on_start(prepared), _NEVER, sample_folds(prepared))
     block_fold = folds[middle]
     whole = likelihood.at_course(prepared.record_course)
     features = None if model.term is None else model.term.features(prepared.record_course)
     residual = np.full(len(loop), np.nan)
     groups = contiguous_folds(likelihood.blocks, min(_GROUPS, likelihood.blocks))
     log_density = np.zeros(int(groups.max()) + 1)
-    for fold in np.unique(folds):
+    for fold in np.unique(folds[folds != _NEVER]):
         out = block_fold == fold
         if not out.any() or out.all():
             continue

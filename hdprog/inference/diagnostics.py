@@ -28,6 +28,11 @@ class Diagnostics:
     ess_bulk: FloatArray
     ess_tail: FloatArray
 
+    def at_most(self, draws: float) -> Diagnostics:
+        """The same of draws that are worth no more than so many."""
+        bulk, tail = np.minimum(self.ess_bulk, draws), np.minimum(self.ess_tail, draws)
+        return Diagnostics(self.rhat, bulk, tail)
+
     def passes(self, required_ess: float) -> bool:
         """Whether every quantity mixed and has enough effective draws."""
         return bool(

@@ -138,6 +138,8 @@ def sample_posterior(
         drawn = linearised.draws(flat, offset, scale, len(stored), rng)
         offset, scale = drawn.offset, drawn.scale
         sampling |= {"pareto_k": drawn.pareto_k, "weighted_draws_effective": drawn.effective}
+        if drawn.weighted:
+            diagnostics = diagnostics.at_most(drawn.effective)
         stored = drawn.points.reshape(*stored.shape[:3], likelihood.size)
     warnings = list(prepared.warnings)
     if led_away:

@@ -38,8 +38,7 @@ class EffectDraws:
     offset, scale : (draws,) of the angle in rad, of the noise
     pareto_k : of the weights of the exact density over that which they were drawn from
     effective : draws that the weighted ones are worth
-    exact : whether they follow the exact density; more roughly where Pareto k is high, and not
-        weighted at all where few would be left
+    weighted : whether the draws were taken again by the weights: not where few would be left
     """
 
     points: FloatArray
@@ -47,7 +46,12 @@ class EffectDraws:
     scale: FloatArray
     pareto_k: float
     effective: float
-    exact: bool
+    weighted: bool
+
+    @property
+    def exact(self) -> bool:
+        """Whether they follow the exact density, which they do roughly where Pareto k is high."""
+        return self.weighted and self.pareto_k <= PARETO_K_LIMIT
 
 
 @dataclass(frozen=True)
@@ -117,8 +121,7 @@ class LinearisedEffects:
                 [at * len(part) + _systematic(part, rng) for at, part in enumerate(parts)]
             )
             complete, offset, scale = complete[chosen], offset[chosen], scale[chosen]
-        exact = weighted and pareto_k <= PARETO_K_LIMIT
-        return EffectDraws(complete, offset, scale, pareto_k, effective, exact)
+        return EffectDraws(complete, offset, scale, pareto_k, effective, weighted)
 
     def _complete(
         self, points: FloatArray, offset: FloatArray, scale: FloatArray, rng: np.random.Generator

@@ -16,6 +16,7 @@ from hdprog.inference.smooth_term import SmoothTerm
 from hdprog.physics.course import Course
 from hdprog.physics.parameters import FloatArray
 
+WHITE = "white noise, independent from block to block"
 _BLIND = 1e4  # times its noise: a block that a fit does not see
 _FORGOTTEN = 1e-10  # of a whitened block's largest weight: what lies further back is left out
 _TOGETHER = 64  # whitened blocks that share one multiplication
@@ -48,7 +49,7 @@ class NoiseModel:
     @staticmethod
     def white(sd: FloatArray) -> NoiseModel:
         """Independent blocks with relative standard deviations sd (blocks,) in rad."""
-        return NoiseModel(sd, sd, None, "white noise, independent from block to block")
+        return NoiseModel(sd, sd, None, WHITE)
 
     @staticmethod
     def with_covariance(covariance: FloatArray, words: str) -> NoiseModel:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from hdprog.explanation import Explanation
+from hdprog.inference.noise import WHITE
 from hdprog.reporting.fit_names import explanations
 from hdprog.reporting.rounding import significant
 from hdprog.reporting.words import agree, listed
@@ -15,12 +16,18 @@ STRUCTURE = (
     "forecast may be biased. The intervals are widened by the correlated noise model; look at the "
     "residual strip for its shape."
 )
+SLOW_ERRORS = (
+    "Neighbouring readings share errors up to twice the noise, and no effect or curve accounts for "
+    "them: they are taken for slow errors of the rig or its encoder, and the intervals are widened "
+    "for them."
+)
 LOOK_IN_RIG = (
     "look for what else moves in the rig (play, creep, warming) before trusting its stiffness and "
     "width."
 )
 _CORRELATION = 0.3
 _ABOVE = 1.2  # times the noise from which the verdict speaks of it
+_SLOW = 2.0  # the same of what was sought in vain: slow errors of encoders are as large
 
 
 def structure_remains(test: TestResult) -> bool:
@@ -38,9 +45,16 @@ def unexplained(test: TestResult, explanation: Explanation | None) -> bool:
     return structure_remains(test) and not (explanation is not None and explanation.effects)
 
 
+def slow_errors(test: TestResult) -> bool:
+    """Whether what is left may be slow errors, for which the noise model stands."""
+    return test.noise_model != WHITE and test.rmse_rad <= _SLOW * test.noise_floor_rad
+
+
 def structure_warnings(test: TestResult, explanation: Explanation | None) -> list[str]:
     """The warning of a test, if any; effects that were asked for are no reason to leave it out."""
-    return [STRUCTURE] if unexplained(test, explanation) else []
+    if not unexplained(test, explanation):
+        return []
+    return [SLOW_ERRORS if explanation is not None and slow_errors(test) else STRUCTURE]
 
 
 def structure_sentences(result: DriveResult) -> list[str]:
@@ -50,7 +64,7 @@ def structure_sentences(result: DriveResult) -> list[str]:
         test
         for test in result.tests
         if test.rmse_rad > _ABOVE * test.noise_floor_rad
-        and unexplained(test, by_test.get(test.test_id))
+        and STRUCTURE in structure_warnings(test, by_test.get(test.test_id))
     ]
     if not left:
         return []

@@ -228,7 +228,7 @@ class TestResult:
     noise_floor_rad: float  # scatter of neighbouring readings about a smooth course
     outlier_fraction: float
     residual_correlation: float  # lag-1 correlation of the residual of neighbouring blocks
-    noise_model: str  # "white" or the named model of correlated noise, in words
+    noise_model: str  # white or the named model of correlated noise, in words
     diagnostics: Mapping[str, float]  # ensembles, walkers, steps, burn_in, tau, acceptance, seconds
     warnings: tuple[str, ...]
     figures_with_effects: Mapping[str, Mapping[float, float]] = field(default_factory=dict)

@@ -43,3 +43,16 @@ def test_predicted_with_the_noise_of_the_blocks_themselves() -> None:
     for likelihood in (wider, inside):
         found = held_out(prepared, Model(likelihood, plain.starts)).log_density
         np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("cycles", [1, 3])
+def test_a_clean_record_is_predicted_to_its_noise(cycles: int) -> None:
+    """The slip before the first reading, which no other readings tell, had made half the error."""
+    rng = np.random.default_rng(4)
+    torque = torque_history(60.0, 900, cycles, one_sided=False)
+    record = measured_loop(POST_TEST, torque, rng)
+    loop = Loop(record["torque_Nm"], record["angle_rad"], record["time_s"])
+    prepared = prepare(loop, Drive(), rng)
+    found = held_out(prepared, Model(prepared.likelihood, tuple(prepared.starts)))
+    assert 0 < np.isnan(found.residual).sum() < 0.2 * len(loop)
+    assert found.rmse == pytest.approx(prepared.noise_floor, rel=0.1)

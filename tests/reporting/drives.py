@@ -13,6 +13,7 @@ import numpy as np
 
 from hdprog.config import Drive, ForecastSettings, Limit
 from hdprog.data.loop import Loop
+from hdprog.inference.noise import WHITE
 from hdprog.physics.drive_model import predict
 from hdprog.physics.figures import FigureRequest, Operation, figures, standard_requests
 from hdprog.results import (
@@ -150,7 +151,7 @@ def one_test(
         noise_floor_rad=1e-5,
         outlier_fraction=0.0,
         residual_correlation=0.03,
-        noise_model="white noise, independent from block to block",
+        noise_model=WHITE,
         diagnostics={
             "ensembles": 4.0,
             "walkers": 32.0,

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from hdprog.reporting.json_of_test import test_json as document
-from hdprog.reporting.left_structure import STRUCTURE
+from hdprog.reporting.left_structure import SLOW_ERRORS, STRUCTURE
 from hdprog.reporting.verdict import verdict
 from hdprog.results import DriveResult
 from tests.reporting import drives, explanations
@@ -64,3 +64,15 @@ def test_what_a_search_explained_has_no_such_warning_and_what_was_asked_for_has(
     (test,) = structured(explanations.single(explanations.record()), 0).tests
     assert STRUCTURE not in document(test, explanations.record())["warnings"]
     assert STRUCTURE in document(test, None)["warnings"]
+
+
+def test_slow_errors_that_a_search_took_for_noise_are_no_alarm() -> None:
+    """The noise model stands for them; unsought, or of three times the noise, they may be more."""
+    result = explanations.single(explanations.adequate())
+    slow = {"residual_correlation": 0.6, "noise_model": "white noise and slow errors"}
+    tests = [replace(test, rmse_rad=1.5 * test.noise_floor_rad, **slow) for test in result.tests]
+    found = replace(result, tests=tuple(tests))
+    assert not said(found)
+    warned = document(found.tests[0], found.explanation)["warnings"]
+    assert (SLOW_ERRORS in warned, STRUCTURE in warned) == (True, False)
+    assert said(replace(found, explanation=None))

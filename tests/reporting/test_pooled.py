@@ -34,6 +34,7 @@ def test_false_alarms_are_as_many_as_stated(alike: float) -> None:
 
 def test_a_test_that_tells_nothing_does_not_silence_clear_ones() -> None:
     assert joined_p_value([0.005] * 5 + [1.0]) < 0.01
+    assert joined_p_value([0.007] * 3 + [1.0] * 5) < 0.05
     assert joined_p_value([1.0, 1.0]) == 1.0
 
 

@@ -21,7 +21,7 @@ from hdprog.reporting.geometry import (
     straightened,
     stretches,
 )
-from hdprog.reporting.left_structure import LOOK_IN_RIG, structure_remains
+from hdprog.reporting.left_structure import LOOK_IN_RIG, slow_errors, structure_remains
 from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.reader_units import loop_angle, loop_torque
 from hdprog.reporting.rounding import significant
@@ -142,7 +142,7 @@ def _data(test: TestResult) -> PictureData:
 def _action(test: TestResult) -> str:
     if not test.converged:
         return "do not use the numbers of this test; run it again with more draws."
-    if structure_remains(test):
+    if structure_remains(test) and not slow_errors(test):
         return LOOK_IN_RIG
     return "nothing."
 
