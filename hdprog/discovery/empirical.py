@@ -111,5 +111,6 @@ def _with_term(
         gained = [term.gain for term in own]
         for at in having:
             gained[at] = gain_over(models[at], wider[at]) - TERM_PENALTY
+            gained[at] += models[at].worth * (models[at].doubt - wider[at].doubt)
         found[name] = (_above_threshold(name, gained), wider)
     return max(found.values(), key=lambda one: one[0])[1]

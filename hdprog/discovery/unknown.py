@@ -93,16 +93,18 @@ def term_gains(model: Model) -> Mapping[str, TermGain]:
     own = _Tangent.of(model.likelihood, model)
     tangents = [own]
     if model.likelihood.noise.log_ratio is not None:
-        white = replace(model.likelihood, noise=model.likelihood.noise.as_white)
-        tangents.append(_Tangent.of(white, model))
+        beside_white = replace(model.likelihood, noise=model.likelihood.noise.as_white)
+        tangents.append(_Tangent.of(beside_white, model))
     for name, values in coordinates(course).items():
         if name == "order" and course.path.starts.size >= _REPEATS:
             continue
         basis = basis_of(name, float(values.min()), float(values.max()), course)
         for tangent in tangents:
-            gain = model.worth * (tangent.evidence_with(basis) - own.without) - TERM_PENALTY
+            white = tangent is not own
+            gained = tangent.evidence_with(basis) - own.without + (model.doubt if white else 0.0)
+            gain = model.worth * gained - TERM_PENALTY
             if name not in found or gain > found[name].gain:
-                found[name] = TermGain(name, gain, tangent is not own)
+                found[name] = TermGain(name, gain, white)
     return found
 
 

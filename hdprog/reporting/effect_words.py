@@ -20,7 +20,13 @@ from hdprog.explanation import (
 )
 from hdprog.physics.figures import ARCMIN_PER_RAD
 from hdprog.physics.parameters import FloatArray
-from hdprog.reporting.error_words import before_and_after, errors, not_predicted
+from hdprog.reporting.error_words import (
+    above_noise,
+    accounted_for,
+    before_and_after,
+    errors,
+    not_predicted,
+)
 from hdprog.reporting.pooled import pooled_carriers, tests_with
 from hdprog.reporting.reader_units import shown
 from hdprog.reporting.rounding import (
@@ -277,6 +283,9 @@ def traced_sentences(explanation: Explanation | DriveExplanation) -> list[str]:
         )
     if explanation.left_over is not None:
         said.append(f"{_remains(explanation.left_over)}; it was not added.")
+    still = None if accounted_for(found) else above_noise(found)
+    if still is not None:
+        said.append(still)
     if isinstance(explanation, DriveExplanation):
         old, new = explanation.remaining_hours_before, explanation.remaining_hours_after
         moved = None if old is None or new is None else moved_words(old, new)
