@@ -41,8 +41,8 @@ def pooled_errors(
 
 
 _NO_SIGN = 0.5
-"""P-value from which a test tells nothing: those near 1 would outweigh clear ones in the sum. With even
-p-values 7 % of drives are then called significant at 5 % by 25 tests, 6 % by 8."""
+"""P-value from which a test tells nothing: those near 1 would outweigh clear ones in the sum. With
+even p-values 7 % of drives are then called significant at 5 % by 25 tests, 6 % by 8."""
 
 
 def joined_p_value(p_values: Sequence[float]) -> float:
