@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Literal
 
@@ -77,6 +77,22 @@ def is_past(test: TestResult, limit: Limit) -> bool:
     """Whether a test's figure is past a limit with a probability above 95 %."""
     levels = test.figures.get(limit.key)
     return levels is not None and standing(levels, limit) == "past"
+
+
+def past_by_itself(tests: Sequence[TestResult], limits: Iterable[Limit]) -> list[str]:
+    """Say which tests of the drive were past a limit that all tests together are not past."""
+    said = []
+    for limit in limits:
+        past = [test for test in since_replaced(tests) if is_past(test, limit)]
+        if past:
+            last, named = past[-1], quantity(limit.key)
+            said.append(
+                f"Test {last.test_id} by itself is past the limit on {named.name}, "
+                f"{limit.direction} {threshold_words(limit.key, limit.threshold)}, with "
+                f"{value_words(last.figures[limit.key], limit.key)}; the forecast is that of all "
+                "tests together."
+            )
+    return said
 
 
 def passed_at_an_event(tests: Sequence[TestResult], limit: Limit) -> str:

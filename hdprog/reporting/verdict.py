@@ -19,6 +19,7 @@ from hdprog.reporting.present import (
     gravest_first,
     is_past,
     passed_at_an_event,
+    past_by_itself,
 )
 from hdprog.reporting.read_off_words import missed_sentences
 from hdprog.reporting.reader_units import shown_in
@@ -100,6 +101,9 @@ def _verdict(result: DriveResult) -> Verdict:
     else:
         status, said = _outlook(result, main)
         sentences += said
+        coming = outlook.not_passed(result.forecasts)
+        limits = [one.limit for one in coming if one.limit and not one.already_crossed]
+        sentences += past_by_itself(result.tests, limits)
     sentences += left_out_sentences(result)
     if result.explanation is not None:
         sentences += traced_sentences(result.explanation)

@@ -14,7 +14,7 @@ from hdprog.reporting.present import probability_bounds
 from hdprog.reporting.sections.facts import facts
 from hdprog.reporting.summary import summary_json
 from hdprog.reporting.verdict import Verdict, verdict
-from hdprog.results import DriveResult, NotReproduced, Sensitivity
+from hdprog.results import LEVELS, DriveResult, NotReproduced, Sensitivity
 from tests.reporting import drives
 from tests.reporting.page import spaced
 
@@ -421,3 +421,16 @@ def test_a_shutdown_between_the_date_and_its_rounding_is_not_contradicted() -> N
         "within the accepted 5 %: it can wait till then, as the date to inspect before is rounded "
         "down."
     )
+
+
+def test_a_test_that_was_past_a_limit_by_itself_is_told() -> None:
+    """Tests together may say otherwise: another temperature, a bad mounting."""
+    result = drives.wearing(drives.LOST_MOTION)
+    [limit] = result.drive.limits
+    assert not any("by itself is past" in text for text in verdict(result).sentences)
+    *others, middle, last = result.tests
+    figures = {limit.key: {level: limit.threshold * (1.1 + 0.1 * level) for level in LEVELS}}
+    odd = replace(middle, figures={**middle.figures, **figures})
+    found = verdict(replace(result, tests=(*others, odd, last)))
+    [said] = [text for text in found.sentences if "by itself is past" in text]
+    assert said.startswith(f"Test {odd.test_id} by itself is past the limit on lost motion, above")

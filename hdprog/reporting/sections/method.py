@@ -36,10 +36,11 @@ _EFFECTS = (
     "refused for its share is told as left over. How often that goes wrong is measured on "
     "simulated loops. What no mechanism carries becomes an empirical smooth curve over the "
     "coordinate that carries it, also where noise with a memory could stand for it but would be "
-    "many times the white noise; it is called unknown. Readings that hang on the slip before the first one are not left out: no others "
-    "tell it. The gain of expected log predictive density on left-out blocks, with its standard "
-    "error, stands beside each effect; it does not decide. The drive model alone, and the "
-    "remaining life that it would give, are sampled briefly: they are for comparison."
+    "many times the white noise; it is called unknown. Readings that hang on the slip before the "
+    "first one are not left out: no others tell it. The gain of expected log predictive density "
+    "on left-out blocks, with its standard error, stands beside each effect; it does not decide. "
+    "The drive model alone, and the remaining life that it would give, are sampled briefly: they are "
+    "for comparison."
 )
 
 
