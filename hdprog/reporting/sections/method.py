@@ -39,8 +39,8 @@ _EFFECTS = (
     "many times the white noise; it is called unknown. Readings that hang on the slip before the "
     "first one are not left out: no others tell it. The gain of expected log predictive density "
     "on left-out blocks, with its standard error, stands beside each effect; it does not decide. "
-    "The drive model alone, and the remaining life that it would give, are sampled briefly: they are "
-    "for comparison."
+    "The drive model alone, and the remaining life that it would give, are sampled briefly: they "
+    "are for comparison."
 )
 
 
