@@ -6,7 +6,8 @@ import re
 from collections.abc import Sequence
 
 from hdprog.data.columns import Column
-from hdprog.data.numbers import is_number
+from hdprog.data.numbers import is_number, may_hold_thousands
+from hdprog.data.roles import ROLES
 from hdprog.errors import BadInputError
 from hdprog.units import find_unit
 
@@ -47,6 +48,8 @@ def bad_cell(
         if "," in cell or "." in cell:
             expected = f"a number with the decimal sign '{decimal or '.'}' as before"
             advice = "Write all numbers of the file with the same decimal sign."
+            if may_hold_thousands(cell):
+                advice = f"Export the file without thousands separators. {advice}"
     elif is_number(re.sub("[dD]", "e", cell.replace(",", "."), count=1)):
         advice = "Export the file with E in exponents, like 1.5E-05, or without exponents."
     elif is_number(re.sub("[\u2212\u2013]", "-", cell.replace(",", "."))):
@@ -70,6 +73,8 @@ def bad_cell(
     elif column.role == "time" and ":" in cell:
         expected = "a number, as the column's unit says"
         advice = "Record the time in seconds, or as ISO 8601 (2025-03-09T14:21:08.5)."
+    if expected in ("a number", "a finite number") and not ROLES[column.role].required:
+        advice = f"{advice} A record does without it: --columns {column.role}= leaves it out."
     return BadInputError(found, f"{file}, row {row}, column '{column.header}'", expected, advice)
 
 

@@ -491,3 +491,20 @@ def test_a_column_is_not_torque_and_angle_at_once(tmp_path: Path) -> None:
     words = refused(write(tmp_path / "a.csv", table()), columns="angle=torque_Nm:rad")
     assert "the column 'torque_Nm' as the torque and as the angle" in words
     assert "--columns torque=HEADER,angle=HEADER" in words
+
+
+def test_what_a_record_does_without_may_be_left_out(tmp_path: Path) -> None:
+    """A temperature that is logged at every tenth reading."""
+    lines = [f"{line},{20.5 if n % 10 == 0 else ''}" for n, line in enumerate(LINES[1:])]
+    path = write(tmp_path / "loop.csv", "\n".join([f"{LINES[0]},temperature_C", *lines]) + "\n")
+    assert "--columns temperature= leaves it out" in refused(path)
+    assert read_loop(path, columns="temperature=").temperature is None
+    torque = write(tmp_path / "torque.csv", changed(5, ",1e-3"))
+    assert "leaves it out" not in refused(torque)
+
+
+def test_points_between_thousands_among_decimal_commas(tmp_path: Path) -> None:
+    lines = table("torque_Nm;angle_rad", ";").replace(".", ",").splitlines()
+    lines[40] = "1.026;" + lines[40].partition(";")[2]
+    path = write(tmp_path / "loop.csv", "\n".join(lines) + "\n")
+    assert "without thousands separators" in refused(path)
