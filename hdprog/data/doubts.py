@@ -204,12 +204,13 @@ def _standstill(loop: Loop) -> Iterator[str]:
         _STANDSTILL * float(np.ptp(torque)), 3 * (quantisation_step(angle) or 0.0) / per_torque
     )
     enough += 6.0 * noise_sd(torque, loop.time)
-    changes = np.flatnonzero(np.diff(angle)) + 1
-    runs = zip(np.append(0, changes), np.append(changes, len(loop)), strict=True)
+    begins = np.append(0, np.flatnonzero(np.diff(angle)) + 1)
+    ends = np.append(begins[1:], len(loop))
+    long = ends - begins >= max(5, len(loop) // 500)
     still = [
-        (int(start), int(end))
-        for start, end in runs
-        if end - start >= max(5, len(loop) // 500) and np.ptp(torque[start:end]) > enough
+        (start, end)
+        for start, end in zip(begins[long].tolist(), ends[long].tolist(), strict=True)
+        if np.ptp(torque[start:end]) > enough
     ]
     if still:
         start, end = max(still, key=lambda run: run[1] - run[0])

@@ -21,7 +21,8 @@ _FEWEST_CYCLES = 3
 _ITERATIONS = 10
 _NEVER = -1  # fold of readings that are not left out
 _EITHER_END = 8.0  # of the way between the envelopes, as a logit
-_MOVED, _MOST_MOVED = 1e-6, 0.5
+_MOVED = 1e-6  # of what the slip before the first reading moves at most
+_MOST_MOVED = 0.5  # of the readings
 _GROUPS = 30  # of blocks, whose joint density counts: neighbours' errors go together
 
 Refit = Callable[[Any, FloatArray, int], StartingPoint | None]

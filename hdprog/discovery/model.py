@@ -26,8 +26,8 @@ of the error's variance (a design effect). Steps wider than the noise leave erro
 angle, which neither white nor correlated noise expects; noise as wide as a step blurs them."""
 CORRELATED_PENALTY = 4.6
 """Log evidence that the two numbers of the correlated noise must earn (χ² with 2 at 1 %)."""
-
 _MOST_DOUBT = 25.0
+"""Of correlated noise that is held against a curve: beyond it the better one holds."""
 
 
 @dataclass(frozen=True)
