@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hdprog.discovery.model import Model, gain_over
+from hdprog.discovery.model import Model, gain_of_curve, gain_over
 from hdprog.discovery.pooling import THRESHOLD, children, pooled, refitted, share
 from hdprog.discovery.unknown import TERM_PENALTY, TermGain, term_gains, with_term
 
@@ -110,7 +110,6 @@ def _with_term(
         wider = refitted(models, having, spread, with_term, own, children(rngs))
         gained = [term.gain for term in own]
         for at in having:
-            gained[at] = gain_over(models[at], wider[at]) - TERM_PENALTY
-            gained[at] += models[at].worth * (models[at].doubt - wider[at].doubt)
+            gained[at] = gain_of_curve(models[at], wider[at]) - TERM_PENALTY
         found[name] = (_above_threshold(name, gained), wider)
     return max(found.values(), key=lambda one: one[0])[1]

@@ -60,11 +60,11 @@ class ThermalDrift(Effect):
 
     def evaluate(self, course: Course, values: Values, angle: FloatArray) -> FloatArray:
         """See `Effect.evaluate`."""
-        warmth = warming(course, values["time_constant"], values["temperature_share"])
+        warmth = warming(course, values["time_constant"], values.get("temperature_share", 1.0))
         return np.asarray((values["drift"] + values["softening"] * course.load) * warmth)
 
 
-def warming(course: Course, constant: FloatArray, share: FloatArray) -> FloatArray:
+def warming(course: Course, constant: FloatArray, share: FloatArray | float = 1.0) -> FloatArray:
     """ϑ along the course, (draws, samples), where a share of it follows the temperature, if known.
 
     Parameters
