@@ -104,7 +104,8 @@ def _crossing_shown(forecast: Forecast) -> str:
     crossing = outlook.crossing_hours(forecast)
     if crossing.get(0.05) is None:
         return f"{said}."
-    bar = "begins at 5 % of it and goes on" if crossing.get(0.95) is None else "spans 90 % of it"
+    whole = crossing.get(0.95) is not None
+    bar = "spans 90 % of it (an arrow: it goes on)" if whole else "begins at 5 % of it and goes on"
     middle = "" if crossing.get(0.50) is None else ", the diamond is its middle"
     return f"{said}; the bar {bar}{middle}."
 
