@@ -125,8 +125,10 @@ def _stiffness_far_off(drive: Drive, report: CheckReport) -> list[str]:
 
     far = {}
     for name, loop in report.loops:
-        ends = loop.torque_min, loop.torque_max
-        times = times_expected(drive.model, abs(loop.secant_stiffness), *ends)
+        if not math.isfinite(loop.secant_stiffness):
+            continue  # torque and angle unrelated, which is told
+        span = loop.torque_max - loop.torque_min
+        times = times_expected(drive.model, abs(loop.secant_stiffness), span, loop.sides)
         if times is not None and not 1 / _FAR_OFF <= times <= _FAR_OFF:
             far[name] = f"{significant(times)} times"
     if not far:

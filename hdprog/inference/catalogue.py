@@ -184,23 +184,21 @@ def ratio_doubt(model: str | None, ratio: float | None) -> str | None:
     )
 
 
-def times_expected(
-    model: str | None, stiffness: float, torque_min: float, torque_max: float
-) -> float | None:
+def times_expected(model: str | None, stiffness: float, span: float, sides: str) -> float | None:
     """Secant stiffness of a record over its model's in the catalogue; None for unknown models.
 
     Parameters
     ----------
     model : as declared
     stiffness : in Nm/rad, of the whole record
-    torque_min, torque_max : that it reaches, in Nm
+    span : from its smallest torque to its largest, in Nm
+    sides : "one-sided" or "two-sided", as its quality says
     """
     gear = None if model is None else find_gear(model)
     if gear is None:
         return None
     maker = gear.numbers
-    two_sided = torque_min < 0 < torque_max
-    peak = (torque_max - torque_min) / (2.0 if two_sided else 1.0)
+    peak = span / (2.0 if sides == "two-sided" else 1.0)
     first = min(peak, maker.T1) / maker.K1
     second = max(0.0, min(peak, maker.T2) - maker.T1) / maker.K2
     third = max(0.0, peak - maker.T2) / maker.K3

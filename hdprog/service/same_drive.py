@@ -32,8 +32,8 @@ def doubt(
         known = other.get("secant_stiffness")
         if known and known > 0 and abs(_span(quality) / _span(other) - 1.0) < _LIKE_TORQUE:
             return _words(stiffness / known, f"from that of test {label}")
-    ends = float(quality["torque_min"]), float(quality["torque_max"])
-    ratio = times_expected(drive.model, stiffness, *ends)
+    sides = str(quality.get("sides"))
+    ratio = times_expected(drive.model, stiffness, _span(quality), sides)
     # Catalogue figures are means of a make; single drives lie up to a third apart.
     return None if ratio is None else _words(ratio, f"from the catalogue's for {drive.model}", 0.5)
 

@@ -20,6 +20,7 @@ from hdprog.store.tables import (
     JobRow,
     TestRow,
 )
+from hdprog.store.tables.drives import UNTESTED
 
 
 @dataclass(frozen=True)
@@ -198,7 +199,7 @@ def forget_standing(drive: DriveRow) -> None:
     """Show a drive as one without tests; its analyses stay on record."""
     drive.analysis_id, drive.status, drive.provisional = None, "untested", False
     drive.label, drive.sentence, drive.warnings = "No test yet", "", 0
-    drive.rank, drive.rank_hours, drive.remaining, drive.sparkline = 5, 0.0, {}, {}
+    drive.rank, drive.rank_hours, drive.remaining, drive.sparkline = UNTESTED, 0.0, {}, {}
 
 
 def fits_of(session: Session, drive: DriveRow) -> Sequence[FitRow]:

@@ -50,3 +50,14 @@ def test_beside_the_catalogue_where_nothing_else_compares() -> None:
     found = doubt(read_out(1.5e4), [], drive)
     assert found is not None
     assert "catalogue" in found
+
+
+def test_a_little_torque_on_the_other_side_does_not_halve_the_peak() -> None:
+    """An overshoot at the end of unloading: the record is one-sided all the same."""
+    record = {"secant_stiffness": 2e5, "torque_max": 64.0, "torque_min": 0.0, "sides": "one-sided"}
+    over = record | {"torque_max": 63.0, "torque_min": -1.0}
+    drive = Drive(model="CSF-25-80")
+    expected = doubt(record, [], drive)
+    assert expected is not None
+    assert doubt(over, [], drive) == expected
+    assert doubt(over | {"sides": "two-sided"}, [], drive) != expected

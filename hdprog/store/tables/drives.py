@@ -10,6 +10,9 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from hdprog.store.tables.base import Base, Digest, Name, Word, now
 
+UNTESTED = 5
+"""Rank of a drive without a result: after those of which something is known."""
+
 
 class DriveRow(Base):
     """A drive: what its drive.toml declares, and its newest verdict for the fleet's page.
@@ -34,7 +37,7 @@ class DriveRow(Base):
     provisional: Mapped[bool] = mapped_column(default=False)
     label: Mapped[str] = mapped_column(String(200), default="No test yet")
     sentence: Mapped[str] = mapped_column(default="")
-    rank: Mapped[int] = mapped_column(default=5)
+    rank: Mapped[int] = mapped_column(default=UNTESTED)
     rank_hours: Mapped[float] = mapped_column(default=0.0)
     remaining: Mapped[dict[str, Any]] = mapped_column(default=dict)
     sparkline: Mapped[dict[str, Any]] = mapped_column(default=dict)

@@ -79,12 +79,13 @@ class BodyLimit:
     async def _refuse(
         self, scope: Scope, receive: Receive, send: Send, most: int, form: bool
     ) -> None:
-        words = f"request: found more than {most / 1e6:g} MB; expected at most that."
+        advice = "Send records as multipart/form-data."
         if form:
-            words += (
-                " Upload one test at a time, pack it with gzip or keep every tenth row; whoever "
+            advice = (
+                "Upload one test at a time, pack it with gzip or keep every tenth row; whoever "
                 "runs the server can raise --max-upload-mb."
             )
+        words = f"request: found more than {most / 1e6:g} MB; expected at most that. {advice}"
         answer = self.refuse(Request(scope), 413, words)
         answer.headers["connection"] = "close"
         await answer(scope, receive, send)
