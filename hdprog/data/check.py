@@ -23,6 +23,7 @@ from hdprog.errors import BadInputError
 __all__ = ["CheckReport", "check_path"]
 
 _ARCMIN = math.pi / 10_800
+_NAMED = 6  # columns left aside that are told by name
 _READ_OFF = {
     "hysteresis_width_arcmin": "width {:.3g} arcmin at zero torque",
     "hysteresis_loss_J": "loss {:.3g} J a cycle",
@@ -156,6 +157,8 @@ def _check_loop(
     first, *others = _facts(quality)
     notes.lines.append(f"{name}: {first}")
     notes.lines.extend(f"  {line}" for line in others)
+    if loop.unread:
+        notes.lines.append(f"  {_not_read(loop.unread)}")
     for warning in quality.warnings:
         notes.warning(name, warning)
     return loop
@@ -226,6 +229,13 @@ def _facts(quality: Quality) -> list[str]:
             f"Temperature {_range(quality.temperature_min, quality.temperature_max, '.1f')} °C"
         )
     return lines
+
+
+def _not_read(headers: Sequence[str]) -> str:
+    """Name the columns left aside: a time by another name is missed by nothing else."""
+    some = ", ".join(f"'{header}'" for header in headers[:_NAMED])
+    more = f" and {len(headers) - _NAMED} more" if len(headers) > _NAMED else ""
+    return f"Not read: {'column' if len(headers) == 1 else 'columns'} {some}{more}"
 
 
 def _range(low: float, high: float, form: str) -> str:

@@ -116,7 +116,7 @@ def _read(
     where = f"{path.name}, header in row {header_row}"
     found = find_columns(headers, first[1], columns, where)
     selection = find_selection(headers, select, where)
-    parser = RowParser(Layout(path.name, header_row, len(headers), found, selection), ".")
+    parser = RowParser(Layout(path.name, header_row, tuple(headers), found, selection), ".")
     block = parser.parse(_padded([first], len(headers), rows))
     parser.refuse_thousands()
     return parser.layout, block

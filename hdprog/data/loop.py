@@ -48,6 +48,8 @@ class Loop:
         Digest of the file's bytes, empty for a record that comes from no file.
     warnings : tuple of str
         What a user of the record should know, in plain words.
+    unread : tuple of str
+        Headers of the file's columns that nothing was read from.
 
     Raises
     ------
@@ -64,6 +66,7 @@ class Loop:
     source: str = "record"
     sha256: str = ""
     warnings: tuple[str, ...] = ()
+    unread: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for name in _CHANNELS:

@@ -84,6 +84,7 @@ def read_loop(
         output_angle=channels.get("output_angle"),
         source=path.name,
         sha256=digest,
+        unread=layout.unread,
     )
     return loop.with_warnings(assess(loop, drive).warnings)
 

@@ -42,8 +42,8 @@ class Layout:
         The file's name, for messages.
     header_row : int
         Row of the header, from 1.
-    width : int
-        Number of columns.
+    headers : tuple of str
+        The header cells.
     columns : tuple of Column
         The columns to read.
     selection : tuple of (int, frozenset of str)
@@ -52,9 +52,24 @@ class Layout:
 
     file: str
     header_row: int
-    width: int
+    headers: tuple[str, ...]
     columns: tuple[Column, ...]
     selection: tuple[tuple[int, frozenset[str]], ...] = ()
+
+    @property
+    def width(self) -> int:
+        """Number of columns."""
+        return len(self.headers)
+
+    @property
+    def unread(self) -> tuple[str, ...]:
+        """Headers of the columns that nothing is read from."""
+        read = {column.index for column in self.columns} | {place for place, _ in self.selection}
+        return tuple(
+            header.strip()
+            for place, header in enumerate(self.headers)
+            if header.strip() and place not in read
+        )
 
 
 @dataclass(frozen=True)

@@ -188,7 +188,7 @@ class _TextTable:
         where = f"{self.name}, header in row {header_row}"
         found = find_columns(headers, first, self.columns, where)
         selection = find_selection(headers, self.select, where)
-        self.parser = RowParser(Layout(self.name, header_row, len(headers), found, selection))
+        self.parser = RowParser(Layout(self.name, header_row, tuple(headers), found, selection))
         return True
 
     def _cells(self, text: bytes) -> Iterator[tuple[int, list[str]]]:

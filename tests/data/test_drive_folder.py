@@ -258,6 +258,21 @@ def test_check_of_a_sound_loop(tmp_path: Path) -> None:
     assert content["ok"] is True
 
 
+def test_columns_that_nothing_is_read_from_are_named(tmp_path: Path) -> None:
+    """A time by an unknown name left the record untimed without a word."""
+    torque = [*range(41), *range(39, -1, -1)]
+    rows = [f"{i},{t},{t * 2e-5},7,,up" for i, t in enumerate(torque)]
+    header = "Sekunden,torque_Nm,angle_rad,Motor,,branch"
+    path = write(tmp_path / "a.csv", "\n".join([header, *rows]) + "\n")
+    lines = check_path(path).lines
+    assert "  Not read: columns 'Sekunden', 'Motor', 'branch'" in lines
+    assert "  Not read: columns 'Sekunden', 'Motor'" in check_path(path, select="branch=up").lines
+    lines = check_path(path, columns="time=Sekunden:s,temperature=Motor:degC").lines
+    assert "  Not read: column 'branch'" in lines
+    path = write(tmp_path / "b.csv", table())
+    assert not any("Not read" in line for line in check_path(path).lines)
+
+
 def test_what_does_not_change_is_told_once(tmp_path: Path) -> None:
     """A steady test was told to be loaded "at 2 to 2 Nm/s", from "-0" Nm."""
     torque = [*range(41), *range(39, -1, -1)]

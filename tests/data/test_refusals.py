@@ -481,7 +481,7 @@ def test_blocks_join_without_a_seam(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 def test_the_parser_remembers_the_decimal_sign_between_blocks() -> None:
     column = Column("torque", 0, "torque_Nm", newton_metre)
-    parser = RowParser(Layout("a.csv", 1, 1, (column,)))
+    parser = RowParser(Layout("a.csv", 1, ("torque_Nm",), (column,)))
     assert parser.parse([(2, ["1,5"])]).values["torque"].tolist() == [1.5]
     with pytest.raises(BadInputError, match="decimal sign ','"):
         parser.parse([(3, ["1.5"])])
