@@ -18,6 +18,7 @@ def backtest(
         Path,
         typer.Argument(
             metavar="DRIVE_DIR|FLEET_DIR",
+            readable=False,
             help="A drive folder, or a folder with several below it, which are scored together.",
         ),
     ],

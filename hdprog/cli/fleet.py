@@ -16,7 +16,8 @@ from hdprog.cli.progress import progress
 def fleet(
     ctx: typer.Context,
     folder: Annotated[
-        Path, typer.Argument(metavar="DIR", help="A folder with drive folders below it.")
+        Path,
+        typer.Argument(metavar="DIR", readable=False, help="A folder with drive folders below it."),
     ],
     workers: Annotated[
         int | None,

@@ -11,19 +11,21 @@ from hdprog.seeds import LARGEST_SEED
 
 LoopFile = Annotated[
     Path,
-    typer.Argument(metavar="LOOP", help="A loop file (CSV, TSV, gzip, xlsx)."),
+    typer.Argument(metavar="LOOP", readable=False, help="A loop file (CSV, TSV, gzip, xlsx)."),
 ]
 LoopOrFolder = Annotated[
     Path,
-    typer.Argument(metavar="LOOP|DRIVE_DIR", help="A loop file or a drive folder."),
+    typer.Argument(metavar="LOOP|DRIVE_DIR", readable=False, help="A loop file or a drive folder."),
 ]
 LoopsOrFolders = Annotated[
     list[Path],
-    typer.Argument(metavar="PATH...", help="Loop files or drive folders."),
+    typer.Argument(metavar="PATH...", readable=False, help="Loop files or drive folders."),
 ]
 DriveFolder = Annotated[
     Path,
-    typer.Argument(metavar="DRIVE_DIR", help="A folder with drive.toml, tests.csv and loops/."),
+    typer.Argument(
+        metavar="DRIVE_DIR", readable=False, help="A folder with drive.toml, tests.csv and loops/."
+    ),
 ]
 Seed = Annotated[
     int,
@@ -81,7 +83,7 @@ TorqueUnit = Annotated[
 ]
 DriveFile = Annotated[
     Path | None,
-    typer.Option("--drive", help="drive.toml with the drive's model, limits and noise."),
+    typer.Option("--drive", readable=False, help="drive.toml with the drive's model, limits and noise."),
 ]
 Columns = Annotated[
     str | None,

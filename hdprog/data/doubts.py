@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.data.noise_level import channel_noise, noise_sd, quantisation_step
-from hdprog.data.usable import branch_coverage
+from hdprog.data.usable import side_coverage
 from hdprog.physics.figures import LOST_MOTION_SHARE
 
 __all__ = ["doubts", "scale_doubts"]
@@ -29,6 +29,7 @@ _RELATED = 0.3  # correlation of torque and angle; wide loops of worn drives hav
 _BACKWARDS = (0.005, 6.0)  # of the angle's span and times its noise: of branches in wrong order
 _STANDSTILL = 0.12  # of the torque's span; rigs that stick and slip stand still for half of it
 _FULL_ENOUGH = 0.9
+_BY_STEPS = 0.5  # of the torque's way
 _FEWER = 5.0
 
 
@@ -78,7 +79,7 @@ def doubts(
     yield from _new_turns(loop)
     yield from _clipping(loop)
     yield from _standstill(loop)
-    yield from _gaps(loop)
+    yield from _gaps(loop, turns)
     yield from _short_branches(loop, turns)
 
 
@@ -280,7 +281,7 @@ def _noise_vanishes(torque: NDArray[np.float64], run: NDArray[np.intp]) -> bool:
     )
 
 
-def _gaps(loop: Loop) -> Iterator[str]:
+def _gaps(loop: Loop, turns: NDArray[np.intp]) -> Iterator[str]:
     steps = np.abs(np.diff(loop.torque))
     span = float(np.ptp(loop.torque))
     usual = max(20.0 * float(np.median(steps)), 8.0 * noise_sd(loop.torque, loop.time), 0.05 * span)
@@ -304,23 +305,28 @@ def _gaps(loop: Loop) -> Iterator[str]:
                 f"come every {np.median(intervals):.3g} s: what happened there is not known."
             )
             return
-    if 0 < len(lasting) <= 5:
-        first = lasting[0]
+    # Torque that goes nearly all its way by jumps is loaded in steps.
+    way = float(np.abs(np.diff(loop.torque[turns])).sum())
+    if lasting and steps[lasting].sum() < _BY_STEPS * way:
+        first, times = lasting[0], len(lasting)
         yield (
-            f"The torque jumps from {loop.torque[first]:.4g} to {loop.torque[first + 1]:.4g} Nm "
-            f"after sample {first + 1}: samples seem to be missing there."
+            f"The torque jumps {'' if times == 1 else f'{times} times, first '}from "
+            f"{loop.torque[first]:.4g} to {loop.torque[first + 1]:.4g} Nm after sample "
+            f"{first + 1}: samples seem to be missing there."
         )
 
 
 def _short_branches(loop: Loop, turns: NDArray[np.intp]) -> Iterator[str]:
-    rise, fall = branch_coverage(loop.torque[turns])
-    if min(rise, fall) < _FULL_ENOUGH:
-        shorter = "unloading" if fall < rise else "loading"
-        yield (
-            f"The {shorter} is much shorter than the other branch: it covers "
-            f"{min(rise, fall):.0%} of the torque. The loop is not closed, so friction and "
-            "stiffness are less certain."
-        )
+    sides = side_coverage(loop.torque[turns])
+    for side, (rise, fall) in sides.items():
+        if min(rise, fall) < _FULL_ENOUGH:
+            shorter = "unloading" if fall < rise else "loading"
+            where = f" on the {side} side" if len(sides) > 1 else ""
+            yield (
+                f"The {shorter}{where} is much shorter than the other branch: it covers "
+                f"{min(rise, fall):.0%} of the torque. The loop is not closed, so friction and "
+                "stiffness are less certain."
+            )
     counts = {True: 0, False: 0}
     for start, end in pairwise(turns.tolist()):
         counts[bool(loop.torque[end] > loop.torque[start])] += end - start

@@ -222,7 +222,8 @@ class _TextTable:
         text, rows = plain
         if rows.size == 0:
             return parser.parse(())
-        parser.refuse_empty_row()
+        if parser.empty_row is not None:
+            return None  # what follows may be empty, too
         if parser.decimal is None and b"." in text and sign == ",":
             parser.decimal = "."
         # The first line shows the decimal sign more often than not.

@@ -9,7 +9,7 @@ from hdprog.data.loop import Loop
 from hdprog.data.turning_points import smallest_swing
 from hdprog.errors import BadInputError
 
-__all__ = ["branch_coverage", "require_numbers", "require_usable"]
+__all__ = ["branch_coverage", "require_numbers", "require_usable", "side_coverage"]
 
 _FEWEST_SAMPLES = 20
 # A loading or unloading counts as full from here on; 1 would refuse a record that stops a little
@@ -123,16 +123,34 @@ def branch_coverage(turns: NDArray[np.float64]) -> tuple[float, float]:
     Returns
     -------
     rise, fall : float
-        Largest rise and largest fall of the torque's size, as shares of its range on the side
-        (positive or negative) where the smaller of both is largest. Minor loops on the way do
-        not interrupt a rise or a fall.
+        Those of `side_coverage` on the side where the smaller of both is largest.
     """
-    found = [(0.0, 0.0)]
-    for side in (np.maximum(turns, 0.0), np.maximum(-turns, 0.0)):
+    found = side_coverage(turns).values()
+    return max(found, key=lambda shares: (min(shares), max(shares)), default=(0.0, 0.0))
+
+
+def side_coverage(turns: NDArray[np.float64]) -> dict[str, tuple[float, float]]:
+    """Tell how much of each side of the loop that was loaded at all was loaded and unloaded.
+
+    Parameters
+    ----------
+    turns : ndarray, shape (k,)
+        Torque at the turning points, in order.
+
+    Returns
+    -------
+    dict of side to (rise, fall)
+        Largest rise and largest fall of the torque's size, as shares of its range on the side.
+        Minor loops on the way do not interrupt a rise or a fall.
+    """
+    found: dict[str, tuple[float, float]] = {}
+    sides: dict[str, NDArray[np.float64]] = {"positive": turns, "negative": -turns}
+    for name, torque in sides.items():
+        side = np.maximum(torque, 0.0)
         span = float(np.ptp(side))
         if span == 0.0 or side.max() < _SIDE_SHARE * np.abs(turns).max():
             continue
         rise = float((side - np.minimum.accumulate(side)).max()) / span
         fall = float((np.maximum.accumulate(side) - side).max()) / span
-        found.append((rise, fall))
-    return max(found, key=lambda shares: (min(shares), max(shares)))
+        found[name] = rise, fall
+    return found

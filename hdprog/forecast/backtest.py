@@ -132,7 +132,8 @@ class OriginScores:
     ----------
     test_id, service_hours : of the last test that was known
     new_at_hours : service hours of the drive's first test, since it was replaced if it was
-    known : number of tests known from there on
+    known : number of tests known from there on, those at the same hours as one: only different
+        hours tell a pace
     converged : whether the trend converged
     crossings : one a limit that was not passed by then and of which something was seen later
     passed : keys of limits that were passed by then, of which nothing is left to forecast
@@ -202,7 +203,7 @@ def score_origin(
         origin.test_id,
         now,
         earlier[0].service_hours,
-        len(earlier),
+        len({test.service_hours for test in earlier}),
         trend.converged,
         tuple(crossings),
         tuple(passed),
@@ -249,7 +250,7 @@ def score_crossing(
             level: interval_probability(probability, *ends) for level, ends in INTERVALS.items()
         },
         crps_hours=crps(hours, probability, crossed_at),
-        log_score=log_score(hours, probability, crossed_at, 1.0 / _DRAWS),
+        log_score=log_score(hours, probability, crossed_at, 1.0 / crossing.paths),
         transform=probability_integral_transform(hours, probability, crossed_at, deviate),
         crossed_by_then=float(probability[-1]),
         late_hours=median - crossed_at if seen and median is not None else None,

@@ -37,11 +37,13 @@ class Crossing:
     hours : (times,) service hours from now on
     probability : (times,) of having crossed by then, non-decreasing
     already : whether the state at now is past the limit with more than even odds
+    paths : that the distribution rests on
     """
 
     hours: FloatArray
     probability: FloatArray
     already: bool
+    paths: int
 
     def by(self, hours: float) -> float:
         """Probability of having crossed by service hours."""
@@ -65,6 +67,7 @@ class Crossing:
             np.append(self.hours[inside], horizon),
             np.append(self.probability[inside], self.by(horizon)),
             self.already,
+            self.paths,
         )
 
 
@@ -118,7 +121,8 @@ def first_crossing(
     past = survived[:, 0] == 0.0
     kept = survived[~past] if survived_so_far and not past.all() else survived
     probability = np.maximum.accumulate(1.0 - kept.mean(axis=0))
-    return Crossing(hours, np.clip(probability, 0.0, 1.0), bool(past.mean() > _SETTLED))
+    already = bool(past.mean() > _SETTLED)
+    return Crossing(hours, np.clip(probability, 0.0, 1.0), already, len(kept))
 
 
 def _survival(limits: Sequence[Margins]) -> FloatArray:

@@ -167,6 +167,12 @@ def sample_posterior(
             f"at most {PARETO_K_LIMIT:.2f} is trusted; {drawn.effective:.0f} effective draws), so "
             "that intervals are rough."
         )
+    elif drawn is not None and drawn.effective < plan.required_ess:
+        warnings.append(
+            "The effects were integrated out with a model that is linear in them; the weights that "
+            f"make up for what it bends leave {drawn.effective:.0f} effective draws, where "
+            f"{plan.required_ess:.0f} are asked for: the ends of intervals are less exact."
+        )
     return Posterior(
         loop=prepared.loop,
         drive=prepared.drive,

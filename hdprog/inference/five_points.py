@@ -128,6 +128,7 @@ def identify(
     choices = [_Choice(_FOURTH, _FIFTH, threshold)]
     choices += [_Choice(*pair, threshold) for pair in _OTHER_CHOICES]
     choices += [_Choice(_FOURTH, _FIFTH, factor * threshold) for factor in _OTHER_THRESHOLDS]
+    choices = list(dict.fromkeys(choices))  # other readings of a threshold at 0 are the same one
     solved: list[Solved] = []
     told_by: list[_Choice] = []
     for choice in choices:

@@ -111,7 +111,8 @@ def prepare(
     if not drive.alpha_declared:
         warnings.append(
             f"The gear-tooth angle is not declared: {math.degrees(drive.alpha):.0f}° is assumed. "
-            "K_W, mu, c and the preload depend on it; stiffness and hysteresis change by about 1 %."
+            "K_W, mu, c and the preload depend on it; stiffness and hysteresis hardly do where the "
+            "teeth slip within the record."
         )
     noise = reading_noise(sound, drive.noise)
     whole = whole_course(sound, points, noise[0])

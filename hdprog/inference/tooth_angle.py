@@ -22,7 +22,7 @@ from hdprog.config.drive import DEFAULT_ALPHA
 from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.starting_points import StartingPoint, descend_all
 from hdprog.physics.figures import FigureRequest, figures
-from hdprog.physics.parameters import BY_NAME, NAMES, FloatArray
+from hdprog.physics.parameters import BY_NAME, NAMES, FloatArray, in_support
 from hdprog.results import OtherToothAngle
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 OTHER_ALPHA = math.radians(20.0)
 """The other usual pressure angle beside the default of 30 degrees."""
+_DRAWS = 1000  # of a figure that is 0 in some of them
 
 
 def with_other_tooth_angle(
@@ -65,12 +66,26 @@ def with_other_tooth_angle(
     after = figures(
         requests, prior.to_physical(there[None, :]), replace(posterior.operation, alpha=alpha)
     )
-    ratios = {key: float(after[key][0] / before[key][0]) for key in told}
-    scaled = {
-        key: {level: value * ratios[key] for level, value in levels.items()}
-        for key, levels in told.items()
-    }
+    scaled: dict[str, Mapping[float, float]] = {}
+    for request in requests:
+        key, levels = request.key, told[request.key]
+        if min(*levels.values(), before[key][0], after[key][0]) > 0:
+            ratio = float(after[key][0] / before[key][0])
+            scaled[key] = {level: value * ratio for level, value in levels.items()}
+        else:  # a width of exactly 0, where the teeth do not slip, has no ratio
+            drawn = _drawn(posterior, request, shift, alpha)
+            scaled[key] = {level: float(np.quantile(drawn, level)) for level in levels}
     return OtherToothAngle(alpha, moved, scaled)
+
+
+def _drawn(
+    posterior: Posterior, request: FigureRequest, shift: FloatArray, alpha: float
+) -> FloatArray:
+    """A figure (draws,) with the other angle, every draw moved as the mode is."""
+    moved = posterior.prior.to_physical(posterior.coordinates[posterior.thinned(_DRAWS)] + shift)
+    possible = in_support(moved, alpha)
+    inside = {name: values[possible] for name, values in moved.items()}
+    return figures([request], inside, replace(posterior.operation, alpha=alpha))[request.key]
 
 
 def first_order_shift(alpha: float, other: float) -> FloatArray:

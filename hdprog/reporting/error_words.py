@@ -111,11 +111,11 @@ def not_predicted(found: Errors) -> str | None:
     grew = ratio > 1.0 + _SAME
     if found.shown_in > 1 and not grew:
         return (
-            f"{LEFT_OUT.capitalize()} the error did not fall: one record by itself hardly tells "
+            f"{LEFT_OUT.capitalize()} the error hardly fell: one record by itself hardly tells "
             f"what was added, but {found.shown_in} of {found.tests} tests show it."
         )
     return (
-        f"{LEFT_OUT.capitalize()} the error {'grew' if grew else 'did not fall'}: what was added "
+        f"{LEFT_OUT.capitalize()} the error {'grew' if grew else 'hardly fell'}: what was added "
         "describes these readings and does not predict others, so do not rely on it until another "
         "record shows it too."
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hdprog.reporting.rounding import grouped, interval
+from hdprog.reporting.rounding import grouped, interval, significant
 from hdprog.reporting.words import agree, counted, listed, quantity
 from hdprog.results import TemperatureEffect, TrendSummary
 
@@ -26,7 +26,7 @@ def temperature_words(trend: TrendSummary, keys: Sequence[str]) -> str:
         taken = agree(found.unknown, "is", "are")
         text += (
             f"; {counted(found.unknown, 'test')} without a temperature {taken} taken at it, give "
-            f"or take {grouped(found.spread_K, 0)} K"
+            f"or take {significant(found.spread_K, 2)} K"
         )
     moved = [_moved(key, found) for key in dict.fromkeys(keys) if key in found.percent_per_10K]
     return f"{text}. What 10 K more change: {listed(moved)}." if moved else f"{text}."

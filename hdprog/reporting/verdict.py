@@ -71,6 +71,7 @@ class Verdict:
         return " ".join(self.sentences)
 
 
+_SURE = 0.95  # of a limit that is past without further words
 _LIKELY_ENOUGH = 0.05  # of having been passed already: the early end of 90 % is now
 _LABELS: dict[Status, str] = {
     "act": "Act now",
@@ -215,8 +216,9 @@ def _passed(result: DriveResult, forecast: Forecast) -> str:
     if limit is None:
         raise ValueError("the first of all limits has no figure of its own")
     named = quantity(limit.key)
+    sure = "" if outlook.risk_now(forecast) >= _SURE else "more likely than not "
     text = (
-        f"{capital(named.name)} is past its limit: {limit.direction} "
+        f"{capital(named.name)} is {sure}past its limit: {limit.direction} "
         f"{threshold_words(limit.key, limit.threshold)}"
     )
     trend = None if result.trend is None else result.trend.figures.get(limit.key)

@@ -95,7 +95,7 @@ def _limited_by_prior(test: TestResult) -> list[str]:
             continue
         said = (
             f"{capital(quantity(key).name)} has a limit and leans on the prior: the record tells "
-            "it only in part. Do not act on it alone."
+            "it only in part. Make sure by an inspection before you replace anything."
         )
         state = test.identification
         if key == "preload_Nm" and state is not None and not_reached(state):

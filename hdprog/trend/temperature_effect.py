@@ -35,6 +35,8 @@ def temperature_effect(
             figure_paths(request, to_loop(state), trend.prior, operation, trend.followed)
             for state in (now.states[:, 0], now.states[:, 0] + now.warmer)
         )
+        if not (cool > 0.0).all():
+            continue  # of a width of exactly 0, where the teeth never slip, there are no per cent
         change = np.quantile(100.0 * (warm / cool - 1.0), LEVELS)
         moved[request.key] = dict(zip(LEVELS, change.tolist(), strict=True))
     return TemperatureEffect(

@@ -136,6 +136,18 @@ def test_refused_by_the_system_is_no_bug(invoke: Invoke, workflow: Workflow) -> 
     assert "/locked/summary.json: Permission denied" in shown.stderr
 
 
+@pytest.mark.parametrize("command", ["check", "fit", "explain", "run", "fleet", "backtest"])
+def test_whether_a_path_can_be_read_is_not_settled_by_the_command_line(
+    invoke: Invoke, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str
+) -> None:
+    """It was wrong usage, with code 2 and no advice, where the reader's own words are better."""
+    path = tmp_path / "loop.csv"
+    path.write_text("torque_Nm,angle_rad\n")
+    monkeypatch.setattr("os.access", lambda *_, **__: False)  # as a user who is not root meets it
+    shown = invoke(command, str(path))
+    assert "not readable" not in shown.output
+
+
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EFBIG])
 def test_a_full_disk_is_no_bug(invoke: Invoke, workflow: Workflow, number: int) -> None:
     workflow.error = OSError(number, "what a write says, which names no file")

@@ -192,6 +192,21 @@ def test_gaps_without_time() -> None:
     assert "after sample 130" in message
 
 
+def test_runs_put_one_after_the_other_are_gaps() -> None:
+    """Five jumps at most were told: eight runs passed for a sound record."""
+    run = ramps(0, PEAK, -PEAK)
+    torque = np.tile(run, 8)
+    message = warned(Loop(torque, twist(torque)))
+    assert "The torque jumps 7 times, first from -40 to 0 Nm after sample 201" in message
+
+
+def test_torque_that_is_loaded_in_steps_has_no_gaps() -> None:
+    held = np.repeat(ramps(0, PEAK, -PEAK, PEAK, 0, samples=6), 20)
+    assert "jumps" not in warned(
+        Loop(held, twist(ramps(0, PEAK, -PEAK, PEAK, 0, samples=106))[:420])
+    )
+
+
 def test_a_spike_is_no_gap() -> None:
     torque, angle = two_sided()
     torque[150] += 15
@@ -201,6 +216,19 @@ def test_a_spike_is_no_gap() -> None:
 def test_an_unloading_that_stops_early() -> None:
     torque = ramps(0, PEAK, 0.25 * PEAK)
     assert "unloading is much shorter" in warned(Loop(torque, twist(torque)))
+
+
+@pytest.mark.parametrize(("end", "covered"), [(0, "0%"), (0.75, "75%")])
+def test_a_side_that_is_loaded_in_part(end: float, covered: str) -> None:
+    """The other side had its whole loading and unloading, and the read-off left the loss out."""
+    torque = ramps(PEAK, -PEAK, end * PEAK)
+    message = warned(Loop(torque, twist(torque)))
+    assert (
+        f"loading on the positive side is much shorter than the other branch: it covers {covered}"
+        in message
+    )
+    whole = ramps(PEAK, -PEAK, 0.95 * PEAK)
+    assert warned(Loop(whole, twist(whole))) == ""
 
 
 def test_branches_of_unequal_length() -> None:

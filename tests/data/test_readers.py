@@ -327,6 +327,17 @@ def test_excel(tmp_path: Path) -> None:
         read_loop(path)
 
 
+@pytest.mark.parametrize("tail", [",\n,\n", ",\n,", ",", ",\n" * 70_000 + ","])
+def test_empty_rows_at_the_end_are_none(tmp_path: Path, tail: str) -> None:
+    """With a last line that no line end closes they were refused, "with rows of data after it"."""
+    path = tmp_path / "loop.csv"
+    path.write_bytes((table() + tail).encode())
+    assert_is_the_record(read_loop(path))
+    path.write_bytes((table() + tail.removesuffix(",") + ",\n1.0,2e-5\n").encode())
+    with pytest.raises(BadInputError, match=r"row 403: found a row without any value"):
+        read_loop(path)
+
+
 def test_a_formula_that_was_not_worked_out_is_no_empty_cell(tmp_path: Path) -> None:
     """Whoever saw numbers in the sheet was told to fill an empty cell in."""
     openpyxl = pytest.importorskip("openpyxl")

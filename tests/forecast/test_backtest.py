@@ -45,7 +45,7 @@ LOST = Limit("lost_motion_arcmin", 2.0, "above")
 SECANT = Limit("secant_stiffness_Nm_per_rad", 12_000.0, "below", 14.0)
 # F rises evenly from 0 at 100 h to 0.8 at 900 h.
 HOURS = np.linspace(100.0, 900.0, 81)
-EVEN = Crossing(HOURS, (HOURS - 100.0) / 1000.0, already=False)
+EVEN = Crossing(HOURS, (HOURS - 100.0) / 1000.0, already=False, paths=1000)
 
 
 def a_test(name: str, hours: float, lost_motion: float, event: str | None = None) -> SeenTest:
@@ -125,7 +125,7 @@ def drive_of(*scores: CrossingScore) -> DriveScores:
 def once(early: float, late: float) -> CrossingScore:
     """Score of a crossing at 400 h that is forecast between two hours."""
     hours = np.array([100.0, early, late, 900.0])
-    forecast = Crossing(hours, np.array([0.0, 0.0, 1.0, 1.0]), already=False)
+    forecast = Crossing(hours, np.array([0.0, 0.0, 1.0, 1.0]), already=False, paths=1000)
     return score_crossing(LOST, forecast, 400.0, 900.0, False, 0.5, 900.0)
 
 

@@ -8,7 +8,9 @@ import math
 import numpy as np
 import pytest
 
+from hdprog.config import Limit
 from hdprog.errors import BadInputError
+from hdprog.forecast.backtest import score_crossing
 from hdprog.forecast.crossing import Crossing, first_crossing, forecast_hours
 from hdprog.forecast.limits import Margins
 
@@ -54,6 +56,20 @@ def test_never_crossing_mass_is_kept() -> None:
     assert found.probability.tolist() == pytest.approx([0.0, 0.4, 0.4])
     assert found.quantile(0.5) is None
     assert found.quantile(0.2) == pytest.approx(0.5)
+
+
+def test_a_distribution_rests_on_the_paths_that_are_left() -> None:
+    """A crossing held for impossible costs as much as so few paths can tell."""
+    hours = np.linspace(0.0, 100.0, 51)
+    margin = np.full((1000, 51), -1.0)
+    margin[:10] = 5.0 - 0.2 * hours  # all cross at 25 h
+    limits = [Margins(margin, np.zeros_like(margin))]
+    found = first_crossing(hours, limits, survived_so_far=True)
+    assert (found.paths, found.upto(60.0).paths) == (10, 10)
+    assert first_crossing(hours, limits).paths == 1000
+    limit = Limit("lost_motion_arcmin", 2.0, "above")
+    scored = score_crossing(limit, found, 60.0, 100.0, True, 0.5, 100.0)
+    assert scored.log_score == pytest.approx(-math.log(1 / 10 / 100))
 
 
 def test_what_may_be_past_the_limit_now_is_told_unless_it_is_known_not_to_be() -> None:
@@ -145,7 +161,9 @@ def test_a_horizon_that_is_not_ahead_is_refused(horizon: float) -> None:
 
 
 def test_cut_at_the_horizon() -> None:
-    found = Crossing(np.array([0.0, 10.0, 20.0]), np.array([0.0, 0.4, 0.8]), already=False)
+    found = Crossing(
+        np.array([0.0, 10.0, 20.0]), np.array([0.0, 0.4, 0.8]), already=False, paths=1000
+    )
     cut = found.upto(15.0)
     assert cut.hours.tolist() == [0.0, 10.0, 15.0]
     assert cut.probability.tolist() == pytest.approx([0.0, 0.4, 0.6])

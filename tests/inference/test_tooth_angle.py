@@ -58,6 +58,24 @@ def test_it_agrees_with_a_full_refit(truth: dict[str, float]) -> None:
     )
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_width_that_is_nothing_in_some_draws_is_moved_draw_by_draw() -> None:
+    """A ratio of modes, one of them 0, gave 0 to 0 or no number, told as "less than 0.1 %"."""
+    drive = replace(ASSUMED, rated_torque=20.0)
+    record = loop_to(10.0, NEW)
+    here, there = (
+        fit_loop(record, one, np.random.default_rng(0), prior=PRIOR, plan=QUICK)
+        for one in (drive, replace(drive, alpha=OTHER_ALPHA))
+    )
+    requests = figure_requests(drive, here.operation)
+    other = summarise(here, requests, "t01", {}).other_tooth_angle
+    refit = summarise(there, requests, "t01", {}).figures["hysteresis_width_arcmin"]
+    assert other is not None
+    found = other.figures["hysteresis_width_arcmin"]
+    assert found[0.05] == refit[0.05] == 0.0
+    assert 0.3 < found[0.95] / refit[0.95] < 3.0
+
+
 def test_the_first_order_shift_leaves_a_loop_nearly_as_it_was() -> None:
     record = loop_to(100.0, POST_TEST)
     before = PRIOR.to_coordinates({n: np.asarray(v) for n, v in POST_TEST.items()})

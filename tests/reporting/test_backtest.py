@@ -30,7 +30,7 @@ MADE = Provenance("0", 0, False, "hdprog backtest x", "2026-01-01T00:00:00+00:00
 def origin(name: str, now: float, crossed_at: float, *, converged: bool = True) -> OriginScores:
     """Forecast a crossing evenly between 400 and 600 h after now."""
     hours = np.array([now, now + 400.0, now + 600.0, 5000.0])
-    crossing = Crossing(hours, np.array([0.0, 0.0, 1.0, 1.0]), already=False)
+    crossing = Crossing(hours, np.array([0.0, 0.0, 1.0, 1.0]), already=False, paths=1000)
     score = score_crossing(LOST, crossing, crossed_at, 5000.0, True, 0.5, 5000.0)
     levels = {0.05: 0.9, 0.25: 1.0, 0.5: 1.1, 0.75: 1.2, 0.95: 1.3}
     held = {0.5: True, 0.9: True}

@@ -41,6 +41,15 @@ def test_every_test_that_is_missed_is_warned_of() -> None:
     assert not missed_words(result.tests[0])
 
 
+def test_every_test_has_its_own_interval() -> None:
+    """Told of all tests at once, the ranges of ends ran into each other: "(0.28 to 0.64 to …"."""
+    result = wearing()
+    read = [drives.read_off(test, LOST_MOTION) for test in drives.wearing(count=3).tests]
+    said = [text for text in warnings.warnings(replace(result, tests=tuple(read))) if "off" in text]
+    assert [text[:9] for text in said] == ["Test t01:", "Test t02:", "Test t03:"]
+    assert all(text.count(" to ") == 1 for text in said)
+
+
 def test_all_is_said_where_no_figure_has_a_limit() -> None:
     result = wearing("hysteresis_loss_J")
     bare = replace(result, drive=replace(result.drive, limits=()))

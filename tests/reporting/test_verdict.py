@@ -123,6 +123,21 @@ def test_a_limit_already_passed_comes_first() -> None:
     assert not any("Test again" in sentence or "between" in sentence for sentence in sentences)
 
 
+def test_a_limit_that_may_be_passed_is_not_said_to_be() -> None:
+    """Even odds stood beside a median on the right side of the limit."""
+    result = drives.past_limit()
+    (passed,) = outlook.passed(result.forecasts)
+    course = passed.crossing_probability.copy()
+    course[:, 1] = 0.55
+    doubtful = replace(passed, crossing_probability=course)
+    each = tuple(doubtful if one is passed else one for one in result.forecasts)
+    said, sentences = words(replace(result, forecasts=each))
+    assert said.status == "act"
+    assert sentences[0].startswith("Lost motion is more likely than not past its limit: above 2")
+    assert sentences[0].endswith("past the limit with a probability of 55 %.")
+    assert sentences[1] == "Inspect now."
+
+
 def test_what_was_done_as_a_limit_was_passed_is_told() -> None:
     """New grease takes a width that stands for preload past its limit, without any wear."""
     result = drives.past_limit()

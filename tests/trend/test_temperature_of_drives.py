@@ -212,6 +212,20 @@ def test_a_missing_temperature_does_not_mislead() -> None:
     assert not summary.not_reproduced
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_width_of_nothing_changes_by_no_per_cent() -> None:
+    """Where the teeth never slip, the width is exactly 0, however warm the drive is."""
+    found = temperature_effect(
+        fitted((20.0, 30.0), HASTY),
+        [WIDTH],
+        Operation(ALPHA, 2.0, 2.0),
+        np.random.default_rng(1),
+        50,
+    )
+    assert found is not None
+    assert WIDTH.key not in found.percent_per_10K
+
+
 def test_equal_temperatures_leave_every_number_as_it_is() -> None:
     """Bit for bit, through fit, paths, tests and summary."""
     none, same = fitted((None,) * 2, HASTY), fitted((21.0,) * 2, HASTY)

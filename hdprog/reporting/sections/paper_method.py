@@ -54,9 +54,9 @@ def where_it_fails(test: TestResult) -> list[str]:
     said = [
         "It gives no error of its own: nothing in it says how far a number can be trusted.",
         f"The threshold T_T is read where the loading branch seems to turn straight, "
-        f"{torque_words(found.threshold_read)} here. Other readings and other points, "
-        f"{found.choices_solved} of {found.choices_tried} of which give an answer at all, lead to "
-        "the values in the last column.",
+        f"{torque_words(found.threshold_read)} here. This choice and others, other "
+        f"readings of it or other points, lead to the values in the last column: "
+        f"{found.choices_solved} of {found.choices_tried} give an answer at all.",
     ]
     if not found.by_rule:
         said.append(

@@ -154,7 +154,11 @@ def _tooth_angle(test: TestResult) -> Table | None:
         )
         unit = quantity(name).unit if summary is None else ""
         rows.append(Row(_name(name), cells, note=parameter_meaning(name) or unit))
-    still = [key for key in test.figures if key not in moved]
+    still = [
+        key
+        for key, levels in test.figures.items()
+        if key not in moved and _change(levels, other.figures[key]) is not None
+    ]
     caption = (
         f"The gear-tooth angle is not declared; {now} is assumed. With {then}, test "
         f"{test.test_id} gives what is below; where that matters, set alpha_deg in drive.toml."

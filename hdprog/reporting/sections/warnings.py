@@ -31,10 +31,13 @@ def warnings(result: DriveResult) -> list[str]:
     by_test = explanations(result)
     for test in result.tests:
         explanation = by_test.get(test.test_id)
-        own = [*missed_words(test), *named_warnings(test, explanation)]
+        missed = missed_words(test)
+        own = [*missed, *named_warnings(test, explanation)]
         own += [*structure_warnings(test, explanation), *weak_words(test)]
         for text in dict.fromkeys(own):
-            by_shape.setdefault(shape_of(text), []).append((test.test_id, text))
+            # An interval and the range of its ends would run into each other.
+            shape = text if text in missed else shape_of(text)
+            by_shape.setdefault(shape, []).append((test.test_id, text))
     alike = [
         ([test for test, _ in each], joined([text for _, text in each]))
         for each in by_shape.values()
