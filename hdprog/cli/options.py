@@ -83,7 +83,9 @@ TorqueUnit = Annotated[
 ]
 DriveFile = Annotated[
     Path | None,
-    typer.Option("--drive", readable=False, help="drive.toml with the drive's model, limits and noise."),
+    typer.Option(
+        "--drive", readable=False, help="drive.toml with the drive's model, limits and noise."
+    ),
 ]
 Columns = Annotated[
     str | None,

@@ -19,9 +19,12 @@ UNKNOWN_SHARE = 0.08
 """Share of the explained error that an empirical term must carry beside mechanisms."""
 NAMED_SHARE = 0.75
 """Share of the explainable error below which mechanisms give way to an empirical term."""
+MAIN_SHARE = 0.9
+"""The same above which they keep their name beside an empirical term that needs them hardly."""
 AS_GOOD = 1.15
 """Misfit over that of an empirical term alone, up to which mechanisms are not beaten by it: a free
 curve follows the noise a little as well."""
+_TINY = 1e-12
 _LIKE_NOISE = ("time", "order")
 _REFITTED, _RIVAL = 3, 0.5  # coordinates, and the share of the leading one's gain that they need
 
@@ -52,10 +55,12 @@ def with_unknown(
         sum(model.misfit for model in many) for many in (bases, models, alone)
     )
     evidence = sum(gain_over(other, one) for one, other in zip(models, alone, strict=True))
-    poorly = (base - left) < NAMED_SHARE * (base - floor)
+    carried = (base - left) / max(base - floor, _TINY)
     beaten = evidence < -THRESHOLD and left > AS_GOOD * left_alone
-    if over_threshold(own) > 0 and (beaten or (poorly and evidence < 0)):
-        return alone
+    if over_threshold(own) > 0 and (beaten or (carried < NAMED_SHARE and evidence < 0)):
+        beside = sum(gain_over(other, one) for one, other in zip(wider, alone, strict=True))
+        kept = carried > MAIN_SHARE or (carried > NAMED_SHARE and beside > THRESHOLD)
+        return wider if gain > 0 and kept else alone
     if gain > 0 and share(bases, models, wider) > UNKNOWN_SHARE:
         return wider
     return list(models)

@@ -58,6 +58,7 @@ class FleetEntry:
     inspect_before_hours : service hours, None where there is no need before the horizon
     course : of the leading figure, None without a limit
     warnings : number of warnings
+    pace_seen : tests tell of a pace, so that a date to inspect before is more than a prior's tail
     """
 
     status: str
@@ -70,6 +71,7 @@ class FleetEntry:
     inspect_before_hours: float | None = None
     course: Course | None = None
     warnings: int = 0
+    pace_seen: bool = True
 
     @property
     def order(self) -> tuple[int, float]:
@@ -87,7 +89,9 @@ def fleet_entry(summary: Mapping[str, Any]) -> FleetEntry:
     verdict, forecasts = summary["verdict"], summary["forecast"]
     first = first_forecast(forecasts)
     remaining = {} if first is None else first["remaining_hours"]
-    rank, hours = _rank(verdict["status"], first)
+    pace_seen = not any(text.startswith(_NO_PACE) for text in _sentences(verdict))
+    next_test = None if pace_seen else summary.get("next_test_hours")
+    rank, hours = _rank(verdict["status"], first, next_test)
     return FleetEntry(
         status=verdict["status"],
         provisional=verdict["provisional"],
@@ -99,6 +103,7 @@ def fleet_entry(summary: Mapping[str, Any]) -> FleetEntry:
         inspect_before_hours=None if first is None else first["inspect_before_hours"],
         course=_course(summary),
         warnings=len(_warnings(summary)),
+        pace_seen=pace_seen,
     )
 
 
@@ -117,7 +122,10 @@ def first_forecast(forecasts: list[dict[str, Any]]) -> dict[str, Any] | None:
     return next((one for one in forecasts if one["quantity"] == FIRST_LIMIT), forecasts[0])
 
 
-def _rank(status: str, first: Mapping[str, Any] | None) -> tuple[int, float]:
+def _rank(
+    status: str, first: Mapping[str, Any] | None, next_test: float | None
+) -> tuple[int, float]:
+    """Rank, and hours within it: to the next test where no inspection has a date before it."""
     rank = _RANKS[status]
     if first is None:
         return rank, 0.0
@@ -125,6 +133,8 @@ def _rank(status: str, first: Mapping[str, Any] | None) -> tuple[int, float]:
     if status == "act":
         # Of two drives past their limits the one that is more surely so comes first.
         return (_PASSED if first["already_crossed"] else _DUE), -_risk_now(first)
+    if next_test is not None:
+        return rank, next_test - now
     if inspect is not None:
         return rank, inspect - now
     return rank, first["horizon_hours"] - now - first["probability_crossed_by_horizon"]
@@ -135,10 +145,14 @@ def _risk_now(forecast: Mapping[str, Any]) -> float:
     return float(table[0][1]) if table else 0.0
 
 
+def _sentences(verdict: Mapping[str, Any]) -> list[str]:
+    # Summaries of long ago have the text alone, where a test's name may look like an end.
+    return list(verdict.get("sentences") or _SENTENCE_END.split(verdict["text"]))
+
+
 def _sentence(verdict: Mapping[str, Any]) -> str:
     """Give the first sentence that tells of the drive, and whether it rests on a pace not seen."""
-    # Summaries of long ago have the text alone, where a test's name may look like an end.
-    sentences = list(verdict.get("sentences") or _SENTENCE_END.split(verdict["text"]))
+    sentences = _sentences(verdict)
     no_pace = [text for text in sentences[:-1] if text.startswith(_NO_PACE)]
     while len(sentences) > 1 and sentences[0].startswith(_CAVEATS):
         del sentences[0]

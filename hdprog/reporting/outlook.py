@@ -12,7 +12,7 @@ from hdprog.reporting.rounding import about_middle, date_down
 from hdprog.reporting.words import quantity, threshold_words
 from hdprog.results import LEVELS, DriveResult, Forecast, since_replaced
 
-AT_ONCE = 1.0  # service hours ahead that no plan tells from now
+AT_ONCE = 2.0  # service hours ahead that no plan tells from now
 
 
 def limit_words(limit: Limit) -> str:
@@ -74,6 +74,20 @@ def leading(forecasts: Sequence[Forecast]) -> Forecast | None:
     return min(limited(forecasts), key=order, default=None)
 
 
+def deciding(forecasts: Sequence[Forecast]) -> Forecast | None:
+    """Find the single limit to name beside the date to inspect before: the leading one.
+
+    Unless that carries little of the risk by then: with a wider spread, a limit that is likely
+    passed later may set the date.
+    """
+    main, first = overall(forecasts), leading(forecasts)
+    if main is None or first is None or main.inspect_before_hours is None:
+        return first
+    at = main.inspect_before_hours
+    most = max(limited(forecasts), key=lambda one: risk_at(one, at))
+    return first if risk_at(first, at) >= 0.5 * risk_at(most, at) else most
+
+
 def risk_at(forecast: Forecast, hours: float) -> float:
     """Probability that the limit is passed by a service hour between now and the horizon."""
     table = forecast.crossing_probability
@@ -115,7 +129,7 @@ def spread_about_median(forecast: Forecast) -> float:
 
 
 def due_now(forecast: Forecast) -> bool:
-    """Whether the accepted risk is reached already, or within the hour, or the limit is passed.
+    """Whether the accepted risk is reached already, or within two hours, or the limit is passed.
 
     What is more likely passed than not is to be inspected now, whatever risk is accepted.
     """
@@ -128,17 +142,22 @@ def due_now(forecast: Forecast) -> bool:
 def next_test_hours(result: DriveResult) -> float | None:
     """When the next test is due at the latest: half-way from now to the inspection.
 
-    Without an inspection before the horizon: after as long again as the longest time between
-    two tests so far, and where that is no time, half-way to the horizon. None where the
-    inspection is due now or in a couple of hours, or nothing was forecast.
+    Where no pace was seen yet, the hour by which a limit is passed with a chance of one in four:
+    only the tail of a prior tells of earlier ones, and another test cuts it off. Without either
+    before the horizon: after as long again as the longest time between two tests so far, and where
+    that is no time, half-way to the horizon. None where the inspection is due now, or nothing was
+    forecast.
     """
     forecast = overall(result.forecasts)
-    if forecast is None or due_now(forecast):
+    if forecast is None or inspect_now(result, forecast):
         return None
     now = forecast.now_hours
-    if forecast.inspect_before_hours is not None:
-        ahead = (forecast.inspect_before_hours - now) / 2.0
-        return now + ahead if ahead > AT_ONCE else None
+    if not pace_seen(result):
+        quarter = forecast.remaining_hours.get(0.25)
+        if quarter is not None:
+            return now + quarter
+    elif forecast.inspect_before_hours is not None:
+        return now + (forecast.inspect_before_hours - now) / 2.0
     hours = sorted(t.service_hours for t in result.tests if t.service_hours is not None)
     longest = float(np.diff(hours).max(initial=0.0))
     if longest > AT_ONCE:
@@ -149,6 +168,18 @@ def next_test_hours(result: DriveResult) -> float | None:
 def tested_at(result: DriveResult) -> int:
     """How many service hours there are tests of: only different ones tell of a pace."""
     return len({test.service_hours for test in since_replaced(result.tests)})
+
+
+def pace_seen(result: DriveResult) -> bool:
+    """Whether the drive's tests tell of a pace at all, or only a prior or a fleet does."""
+    return tested_at(result) > 1
+
+
+def inspect_now(result: DriveResult, forecast: Forecast) -> bool:
+    """Whether an inspection is due now; by what the drive is, where its pace was not seen."""
+    if pace_seen(result) or forecast.already_crossed:
+        return due_now(forecast)
+    return risk_now(forecast) >= forecast.acceptable_risk
 
 
 def waiting_hours(forecast: Forecast, count: int = 6) -> list[float]:

@@ -117,11 +117,13 @@ def _verdict(result: DriveResult) -> Verdict:
             )
     sentences += structure_sentences(result)
     provisional = not result.converged
-    label = _label(status, main) + (" \u2013 provisional" if provisional else "")
+    label = _label(result, status, main) + (" \u2013 provisional" if provisional else "")
     return Verdict(status, provisional, label, tuple(map(tidy, sentences)))
 
 
-def _label(status: Status, main: Forecast | None) -> str:
+def _label(result: DriveResult, status: Status, main: Forecast | None) -> str:
+    if status == "plan" and not outlook.pace_seen(result):
+        return "Plan a second test"
     within = main is not None and main.remaining_hours.get(0.05) is not None
     if status == "good" and within:  # by an accepted risk that is larger
         return "Within the accepted risk"
@@ -181,8 +183,11 @@ def _outlook(result: DriveResult, main: Forecast) -> tuple[Status, list[str]]:
             sentences.append(_coming(soonest, _subject(soonest)))
         return "act", sentences + _rests_on(result)
     sentences = [_coming(main, _main_subject(result, main))]
-    if outlook.due_now(main):
+    if outlook.inspect_now(result, main):
         return "act", [*sentences, _due(main), *_rests_on(result)]
+    if not outlook.pace_seen(result):
+        come_back: Status = "good" if main.inspect_before_hours is None else "plan"
+        return come_back, [*sentences, *_before_a_pace(result, main)]
     status: Status = "good"
     if main.inspect_before_hours is not None:
         status = "plan"
@@ -198,6 +203,23 @@ def _outlook(result: DriveResult, main: Forecast) -> tuple[Status, list[str]]:
     return status, sentences
 
 
+def _before_a_pace(result: DriveResult, main: Forecast) -> list[str]:
+    """When to come back to a drive whose pace only a prior or a fleet tells."""
+    said = []
+    ahead = outlook.shutdown_ahead(result)
+    if ahead is not None:
+        risk = percent_beside(ahead[1], main.acceptable_risk)
+        said.append(f"The risk by the next shutdown at {hours(ahead[0])} is then {risk}.")
+    at = outlook.next_test_hours(result)
+    if at is not None:
+        chance = percent(outlook.risk_at(main, at))
+        said.append(
+            f"Test again by {hours(outlook.rounded_date(main, at))} (risk till then {chance}): "
+            "with a second test the drive's own pace tells a date to inspect before."
+        )
+    return said
+
+
 def _due(main: Forecast) -> str:
     """Why to inspect now although no single limit is more likely passed than not."""
     now, accepted = outlook.risk_now(main), share(main.acceptable_risk)
@@ -207,7 +229,7 @@ def _due(main: Forecast) -> str:
     elif main.already_crossed:  # by an accepted risk above even odds
         why = f"It is more likely passed than not ({risk}), whatever risk is accepted"
     else:
-        why = f"The risk that it is passed reaches the accepted {accepted} within the hour"
+        why = f"The risk that it is passed reaches the accepted {accepted} within two hours"
     return f"{why}: inspect now."
 
 
@@ -244,10 +266,10 @@ def _main_subject(result: DriveResult, main: Forecast) -> tuple[str, str]:
     """Grammatical subject and verb: the limit itself, or the first of several."""
     if main.limit is not None:
         return _subject(main)
-    lead = outlook.leading(result.forecasts)
-    if lead is None or lead.limit is None:
+    one = outlook.deciding(result.forecasts)
+    if one is None or one.limit is None:
         return "The first limit", "be passed"
-    return f"The first limit (most likely {outlook.limit_words(lead.limit)})", "be passed"
+    return f"The first limit (most likely {outlook.limit_words(one.limit)})", "be passed"
 
 
 def _coming(forecast: Forecast, subject: tuple[str, str]) -> str:

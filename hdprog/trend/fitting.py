@@ -40,6 +40,7 @@ from hdprog.trend.wear_prior import WearPrior
 
 _MOVED_ENOUGH = 0.3  # posterior spreads per coordinate after which the loops are taken anew
 _ROUNDS = 3
+_LOAD_CHANGED = 1.3  # times the pace at the mean load so far
 
 
 @dataclass(frozen=True)
@@ -173,6 +174,23 @@ def begin_trend(
     return TrendUnderWay(linearised, distance, meeting)
 
 
+def _load_of_late(trend: LinearisedTrend) -> list[str]:
+    """That the load of late is not the mean so far, with which the forecast goes on."""
+    pace = trend.clock.pace_of_late if trend.clock.by_load else 1.0
+    if 1.0 / _LOAD_CHANGED < pace < _LOAD_CHANGED:
+        return []
+    if pace <= 0:
+        return [
+            "Before the last test the drive ran without load. The forecast goes on with its mean "
+            "load so far."
+        ]
+    return [
+        f"Before the last test the drive's load wore it {pace:.2g} times as fast as its mean load "
+        "so far, with which the forecast goes on. Forecast for the load of late with "
+        f"--load {pace ** (1 / 3):.2f}."
+    ]
+
+
 def _warnings(trend: LinearisedTrend, met: Met, distance: float) -> tuple[str, ...]:
     said = []
     tests, found, draws, wear_prior = trend.tests, trend.mode, trend.draws, trend.wear_prior
@@ -196,6 +214,7 @@ def _warnings(trend: LinearisedTrend, met: Met, distance: float) -> tuple[str, .
             "The drive was replaced: the state starts anew there, and how far wear changes each "
             "parameter; pace of wear and scatter are learnt from the one before, too."
         )
+    said += _load_of_late(trend)
     if not met.sampled and (not found.converged or distance > _MOVED_ENOUGH):
         said.append(
             "The joint linearisation of the loops did not come to rest "

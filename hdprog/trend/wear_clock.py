@@ -104,6 +104,13 @@ class ServiceClock:
         return replace(self, load_factor=load_factor)
 
     @property
+    def pace_of_late(self) -> float:
+        """Pace between the last two tests that service lies between, over the mean pace so far."""
+        served, counted = np.diff(self.service), np.diff(self.equivalent)
+        ran = np.flatnonzero(served > 0)
+        return float(counted[ran[-1]] / served[ran[-1]] / self.pace) if ran.size else 1.0
+
+    @property
     def counts_load(self) -> bool:
         """Whether hours by load differ from those served: by the load so far, or that to come."""
         return self.by_load or self.load_factor != 1.0

@@ -189,12 +189,12 @@ def test_a_risk_reached_today_asks_for_an_inspection_now() -> None:
 @pytest.mark.parametrize(
     ("ahead", "words_now", "test_again"),
     [
-        (0.8, "reaches the accepted 5 % within the hour: inspect now.", False),
-        (1.7, "; inspect before", False),
+        (1.7, "reaches the accepted 5 % within two hours: inspect now.", False),
+        (2.3, "; inspect before", True),
         (400.0, "; inspect before", True),
     ],
 )
-def test_no_test_is_asked_for_before_the_next_hour(
+def test_what_is_due_within_two_hours_is_due_now(
     ahead: float, words_now: str, test_again: bool
 ) -> None:
     result = drives.wearing()
@@ -204,7 +204,7 @@ def test_no_test_is_asked_for_before_the_next_hour(
     said, sentences = words(replace(result, forecasts=forecasts))
     assert words_now in " ".join(sentences)
     assert any("Test again" in sentence for sentence in sentences) is test_again
-    assert (said.status == "act") is (ahead < 1.0)
+    assert (said.status == "act") is (ahead < 2.0)
 
 
 def test_several_limits_name_the_likely_first() -> None:
@@ -220,6 +220,39 @@ def test_one_test_says_that_the_prior_carries_it() -> None:
         "There is one test only: how fast this drive wears comes from the prior, not from the "
         "drive." in sentences
     )
+
+
+def test_after_one_test_there_is_no_date_but_that_of_the_next() -> None:
+    """The tail of a prior asked to inspect a new drive within hours, and to test it before."""
+    result = drives.wearing(count=1, now=100.0, crossing=6000.0, spread=2000.0)
+    forecasts = tuple(replace(one, inspect_before_hours=104.0) for one in result.forecasts)
+    said, sentences = words(one := replace(result, forecasts=forecasts))
+    assert (said.status, said.label) == ("plan", "Plan a second test")
+    assert "inspect before" not in sentences[1]
+    quarter = 100.0 + forecasts[0].remaining_hours[0.25]
+    assert outlook.next_test_hours(one) == pytest.approx(quarter)
+    assert sentences[-1].startswith("Test again by 4 ")
+    assert "(risk till then 2" in sentences[-1]
+    tiles = {fact.label: fact.value for fact in facts(one)}
+    assert tiles["Inspection"] == "no date yet"
+    entry = fleet_entry(summary_json(one))
+    assert not entry.pace_seen
+    assert entry.rank_hours == pytest.approx(quarter - 100.0)
+
+
+def test_the_limit_that_carries_the_risk_is_named() -> None:
+    """The limit with the earliest middle may have no risk at all at the date."""
+    result = drives.wearing(drives.LOST_MOTION, drives.WIDTH)
+    at = result.forecasts[-1].inspect_before_hours
+    assert at is not None
+    lost, width, first = result.forecasts
+    assert outlook.deciding(result.forecasts) is lost
+    course = lost.crossing_probability.copy()
+    course[:, 1] = np.where(course[:, 0] < 1.5 * at, 0.0, course[:, 1])
+    sure = replace(lost, crossing_probability=course)
+    assert outlook.leading((sure, width, first)) is sure
+    _, sentences = words(replace(result, forecasts=(sure, width, first)))
+    assert sentences[0].startswith("The first limit (most likely hysteresis width ")
 
 
 def test_two_tests_say_that_they_lean_on_the_prior() -> None:

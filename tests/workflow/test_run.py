@@ -163,7 +163,7 @@ def test_loads_to_come_move_the_crossings(summary: dict[str, Any], written: Path
         assert light["now_hours"] == now["now_hours"]
     assert less["forecast"][-1]["inspect_before_hours"] > forecast[-1]["inspect_before_hours"]
     text = Page((written / "report.html").read_text("utf-8")).text
-    assert "80 % of the torque so far" in text.replace("\u2009", " ")
+    assert "80 % of the mean so far" in text.replace("\u2009", " ")
     assert "the cube of the torque to come" in text
 
 

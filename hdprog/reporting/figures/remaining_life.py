@@ -46,6 +46,7 @@ def remaining_life(
     *,
     doubtful: bool,
     passed: Sequence[Forecast] = (),
+    pace_seen: bool = True,
 ) -> Picture:
     """Density of the first crossing, and below it its probability up to each hour.
 
@@ -55,6 +56,7 @@ def remaining_life(
     shutdown_hours : service hours of the next shutdown, or None
     doubtful : a fit or the trend behind them did not converge
     passed : forecasts of limits that are passed already, which are told and not drawn
+    pace_seen : the drive's tests tell of its pace, so that a date to inspect before is told
     """
     main = outlook.overall(forecasts)
     if main is None:
@@ -73,7 +75,7 @@ def remaining_life(
     axes.set_ylim(0.0, 1.0)
     axes.yaxis.set_major_formatter(PERCENT)
     axes.set_ylabel("probability of having passed")
-    events = _events(main, shutdown_hours, due=bool(passed))
+    events = _events(main, shutdown_hours, dated=pace_seen and not passed)
     mark_events(hill, events)
     for event in events:
         if first <= event.hours <= end:
@@ -96,7 +98,9 @@ def remaining_life(
         bad="it is above the accepted risk at the next shutdown, or starts above it at now.",
         action=(
             "inspect now."
-            if passed or outlook.due_now(main)
+            if passed or (pace_seen and outlook.due_now(main))
+            else "test again."
+            if not pace_seen
             else "inspect before the line reaches the accepted risk of "
             f"{share(main.acceptable_risk)}."
         )
@@ -276,11 +280,11 @@ def _draw_risk(axes: Axes, main: Forecast, end: float) -> None:
     )
 
 
-def _events(main: Forecast, shutdown_hours: float | None, *, due: bool) -> list[Event]:
-    """Hours to mark; none to inspect before where an inspection is `due` for another limit."""
+def _events(main: Forecast, shutdown_hours: float | None, *, dated: bool) -> list[Event]:
+    """Hours to mark; of the date to inspect before only where it is told."""
     events = [Event(main.now_hours, "now", INK, "-")]
     inspect = outlook.inspection_hours(main)
-    if inspect is not None and not due and not outlook.due_now(main):
+    if inspect is not None and dated and not outlook.due_now(main):
         events.append(Event(inspect, f"inspect before {hours(inspect)}", INSPECT, "-"))
     if shutdown_hours is not None:
         text = f"next shutdown {hours(shutdown_hours)}"
@@ -304,7 +308,7 @@ def _alt(main: Forecast, shutdown_hours: float | None, passed: Sequence[Forecast
         when = f"not reached before {hours(inspect)}"  # which is rounded down
         if outlook.due_now(main):
             over = outlook.risk_now(main) >= main.acceptable_risk
-            when = "reached already" if over else "reached within the hour"
+            when = "reached already" if over else "reached within two hours"
         parts.append(f"accepted risk of {share(main.acceptable_risk)} {when}")
     median = outlook.crossing_hours(main).get(0.50)
     if median is not None and not main.already_crossed:
@@ -316,4 +320,4 @@ def _alt(main: Forecast, shutdown_hours: float | None, passed: Sequence[Forecast
         return told
     those = listed(outlook.limit_words(one.limit) for one in passed if one.limit is not None)
     are = "is" if len(passed) == 1 else "are"
-    return f"{told} {capital(those)} {are} passed already, and not in this picture."
+    return f"{told} {capital(those)} {are} more likely passed than not, and not in this picture."

@@ -42,7 +42,12 @@ _PAST_MIDDLE = 1.2  # and how much past the hour by which the limit is as likely
 
 
 def trend_fan(
-    trend: FigureTrend, forecast: Forecast, tests: Sequence[TestResult], *, doubtful: bool
+    trend: FigureTrend,
+    forecast: Forecast,
+    tests: Sequence[TestResult],
+    *,
+    doubtful: bool,
+    pace_seen: bool = True,
 ) -> Picture:
     """Fan of a figure of merit over service hours with its limit and crossing interval.
 
@@ -52,6 +57,7 @@ def trend_fan(
     forecast : of a limit on it
     tests : for the events between them (regreased, reassembled, replaced)
     doubtful : the trend or a fit that it goes along did not converge
+    pace_seen : as in `remaining_life`
     """
     limit = forecast.limit
     if limit is None:
@@ -66,7 +72,7 @@ def trend_fan(
     axes.set_ylim(*_range(trend, limit, threshold, end))
     axes.yaxis.set_major_formatter(THOUSANDS)
     axes.set_ylabel(named.head)
-    mark_events(axes, _events(forecast, tests))
+    mark_events(axes, _events(forecast, tests, dated=pace_seen))
     _draw_fan(axes, trend)
     _draw_limit(axes, limit, threshold, forecast.now_hours)
     _draw_tests(axes, trend, tests)
@@ -87,7 +93,7 @@ def trend_fan(
         " the limit.",
         bad=f"the fan {worse} into the limit, or points lie outside it one after the other: wear"
         " has then changed its pace and the forecast is late in seeing it.",
-        action=_action(forecast),
+        action=_action(forecast, dated=pace_seen),
         data=trend_numbers(trend, forecast),
         doubtful=doubtful,
     )
@@ -110,8 +116,10 @@ def _crossing_shown(forecast: Forecast) -> str:
     return f"{said}; the bar {bar}{middle}."
 
 
-def _action(forecast: Forecast) -> str:
+def _action(forecast: Forecast, *, dated: bool) -> str:
     asked = ""
+    if not dated and not forecast.already_crossed:
+        return "test again: only with a second test do points tell of a course."
     if outlook.due_now(forecast):
         asked = "inspect now; "
     elif forecast.inspect_before_hours is not None:
@@ -308,10 +316,10 @@ def _draw_crossing(axes: Axes, forecast: Forecast, threshold: float, end: float)
         )
 
 
-def _events(forecast: Forecast, tests: Sequence[TestResult]) -> list[Event]:
+def _events(forecast: Forecast, tests: Sequence[TestResult], *, dated: bool) -> list[Event]:
     events = [Event(forecast.now_hours, "now", INK, "-")]
     inspect = outlook.inspection_hours(forecast)
-    if inspect is not None and not outlook.due_now(forecast):
+    if inspect is not None and dated and not outlook.due_now(forecast):
         events.append(Event(inspect, f"inspect before {hours(inspect)}", INSPECT, "-"))
     return events + [
         Event(test.service_hours, test.event, MUTED, ":")

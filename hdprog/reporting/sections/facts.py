@@ -25,7 +25,7 @@ def facts(result: DriveResult) -> list[Fact]:
     main = outlook.overall(result.forecasts)
     if main is None:
         return [*_present(result), _last_test(result)]
-    found = [_inspection(main)]
+    found = [_inspection(result, main)]
     ahead = outlook.shutdown_ahead(result)
     if ahead is not None and not main.already_crossed:
         note = f"at {hours(ahead[0])}; accepted is {share(main.acceptable_risk)}"
@@ -37,28 +37,31 @@ def facts(result: DriveResult) -> list[Fact]:
         found.append(Fact(f"Risk by {hours(main.horizon_hours)}", value, note))
     at = outlook.next_test_hours(result)
     if at is not None:
-        note = (
-            "half-way to the inspection"
-            if main.inspect_before_hours is not None
-            else "no inspection is due before the horizon; this keeps watch"
-        )
+        if not outlook.pace_seen(result):
+            note = "a second one tells the pace of wear"
+        elif main.inspect_before_hours is not None:
+            note = "half-way to the inspection"
+        else:
+            note = "no inspection is due before the horizon; this keeps watch"
         found.append(Fact("Test again by", hours(outlook.rounded_date(main, at)), note))
     found.append(_last_test(result))
     return found
 
 
-def _inspection(main: Forecast) -> Fact:
+def _inspection(result: DriveResult, main: Forecast) -> Fact:
     if main.already_crossed:
         risk = percent(outlook.risk_now(main))
         return Fact("Inspect", "now", f"a limit is passed already with a probability of {risk}")
     at = outlook.inspection_hours(main)
-    if outlook.due_now(main):
-        when = "already" if outlook.risk_now(main) >= main.acceptable_risk else "within the hour"
+    if outlook.inspect_now(result, main):
+        when = "already" if outlook.risk_now(main) >= main.acceptable_risk else "within two hours"
         note = f"the risk of {share(main.acceptable_risk)} is reached {when}"
         return Fact("Inspect", "now", note)
     if at is None:
         note = f"the risk stays below {share(main.acceptable_risk)} until then"
         return Fact("Inspection", f"not before {hours(main.horizon_hours)}", note)
+    if not outlook.pace_seen(result):
+        return Fact("Inspection", "no date yet", "one test does not tell the pace of wear")
     note = f"{hours(at - main.now_hours)} from now; till then the risk is within "
     return Fact("Inspect before", hours(at), note + share(main.acceptable_risk))
 

@@ -116,7 +116,7 @@ def loads_table(result: DriveResult) -> Table | None:
     ):
         if main is None:
             continue
-        name = f"{share(load)} of the torque so far" if load != 1.0 else "as so far"
+        name = f"{share(load)} of the mean so far" if load != 1.0 else "the mean so far"
         risk = percent_beside(main.probability_crossed_by_horizon, main.acceptable_risk)
         rows.append(Row(name, (_passed(main), risk, _inspect(main))))
     return Table.flat(
