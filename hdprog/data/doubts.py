@@ -28,6 +28,7 @@ _COARSER = 30.0  # a rig that records means of 1000 readings is finer than its s
 _RELATED = 0.3  # correlation of torque and angle; wide loops of worn drives have 0.9
 _BACKWARDS = (0.005, 6.0)  # of the angle's span and times its noise: of branches in wrong order
 _STANDSTILL = 0.12  # of the torque's span; rigs that stick and slip stand still for half of it
+_CUT_OFF = 1.5  # times that: what an end of the encoder's range hides lies on both sides of a turn
 _FULL_ENOUGH = 0.9
 _BY_STEPS = 0.5  # of the torque's way
 _FEWER = 5.0
@@ -212,6 +213,7 @@ def _standstill(loop: Loop) -> Iterator[str]:
         (start, end)
         for start, end in zip(begins[long].tolist(), ends[long].tolist(), strict=True)
         if np.ptp(torque[start:end]) > enough
+        or _there_and_back(torque[start:end]) > _CUT_OFF * enough
     ]
     if still:
         start, end = max(still, key=lambda run: run[1] - run[0])
@@ -249,6 +251,12 @@ def _backwards(loop: Loop, turns: NDArray[np.intp]) -> Iterator[str]:
             "rows in reverse order, or one of the two filtered or late; width, loss and lost "
             "motion of this record mean nothing."
         )
+
+
+def _there_and_back(torque: NDArray[np.float64]) -> float:
+    """How far a stretch of torque goes to its farthest reading and comes back from there."""
+    first, last = torque[0], torque[-1]
+    return float(max(2 * torque.max() - first - last, first + last - 2 * torque.min()))
 
 
 def _over_torque(

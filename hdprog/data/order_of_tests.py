@@ -1,17 +1,20 @@
-"""Tests whose dates tell another order than their service hours, which decide."""
+"""Tests whose dates or rows tell another order than their service hours, which decide."""
 
 from __future__ import annotations
 
 import datetime
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 from hdprog.data.tests_table import DriveTest
 
 __all__ = ["order_doubts"]
 
+_FEWEST_ROWS = 3  # two rows, the newest first, are in an order of their own
+
 
 def order_doubts(tests: Sequence[DriveTest]) -> Mapping[str, str]:
-    """Find tests with more service hours than one of a later date.
+    """Find tests with more service hours than one of a later date, or of a later row without dates.
 
     Parameters
     ----------
@@ -35,7 +38,27 @@ def order_doubts(tests: Sequence[DriveTest]) -> Mapping[str, str]:
                 found[test.test_id] = _words(test, date, other, later)
             told.add(other.test_id)
             break
-    return found
+    return found or ({} if dated else _by_rows(tests))
+
+
+def _by_rows(tests: Sequence[DriveTest]) -> Mapping[str, str]:
+    """Find the one place where hours fall from row to row; a table in no order has more of them."""
+    rows = sorted(tests, key=lambda test: test.row)
+    falls = [
+        (above, below)
+        for above, below in pairwise(rows)
+        if below.service_hours < above.service_hours
+    ]
+    if len(falls) != 1 or len(rows) < _FEWEST_ROWS:
+        return {}
+    above, below = falls[0]
+    return {
+        below.test_id: (
+            f"In tests.csv, test {below.test_id} ({below.service_hours:g} h) stands below test "
+            f"{above.test_id} ({above.service_hours:g} h), and all other hours rise from row to "
+            "row. The hours decide: correct what is wrong there."
+        )
+    }
 
 
 def _words(test: DriveTest, date: datetime.date, other: DriveTest, later: datetime.date) -> str:

@@ -66,6 +66,8 @@ class DriveTest:
         One of `EVENTS`: what was done to the drive since the test before.
     mean_torque_Nm, mean_speed_rpm : float or None
         Load since the test before.
+    row : int
+        Of tests.csv, from 1; 0 where the test comes from no such table.
     """
 
     test_id: str
@@ -77,6 +79,7 @@ class DriveTest:
     event: str | None = None
     mean_torque_Nm: float | None = None
     mean_speed_rpm: float | None = None
+    row: int = 0
 
 
 def read_tests(folder: Path) -> tuple[tuple[DriveTest, ...], tuple[BadInputError, ...]]:
@@ -357,6 +360,7 @@ def _test(path: Path, row: int, header: list[str], cells: list[str]) -> DriveTes
         event=_event(path, row, texts.get("event", "")),
         mean_torque_Nm=_number(path, row, texts, "mean_torque_Nm"),
         mean_speed_rpm=_number(path, row, texts, "mean_speed_rpm"),
+        row=row,
     )
 
 

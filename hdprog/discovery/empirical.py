@@ -19,8 +19,6 @@ UNKNOWN_SHARE = 0.08
 """Share of the explained error that an empirical term must carry beside mechanisms."""
 NAMED_SHARE = 0.75
 """Share of the explainable error below which mechanisms give way to an empirical term."""
-MAIN_SHARE = 0.9
-"""The same above which they keep their name beside an empirical term that needs them hardly."""
 AS_GOOD = 1.15
 """Misfit over that of an empirical term alone, up to which mechanisms are not beaten by it: a free
 curve follows the noise a little as well."""
@@ -58,9 +56,9 @@ def with_unknown(
     carried = (base - left) / max(base - floor, _TINY)
     beaten = evidence < -THRESHOLD and left > AS_GOOD * left_alone
     if over_threshold(own) > 0 and (beaten or (carried < NAMED_SHARE and evidence < 0)):
+        # A curve may want the mechanism beside it, which carries most of what both explain.
         beside = sum(gain_over(other, one) for one, other in zip(wider, alone, strict=True))
-        kept = carried > MAIN_SHARE or (carried > NAMED_SHARE and beside > THRESHOLD)
-        return wider if gain > 0 and kept else alone
+        return wider if carried >= NAMED_SHARE and beside > THRESHOLD else alone
     if gain > 0 and share(bases, models, wider) > UNKNOWN_SHARE:
         return wider
     return list(models)

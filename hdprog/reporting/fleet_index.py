@@ -55,7 +55,7 @@ def fleet_drive(
         "horizon_hours": None if first is None else first["horizon_hours"],
         "inspect_before_hours": entry.inspect_before_hours,
         "next_test_hours": summary["next_test_hours"],
-        "pace_seen": entry.pace_seen,
+        "dated": entry.dated,
         "remaining_hours": dict(entry.remaining_hours),
         "acceptable_risk": None if first is None else first["acceptable_risk"],
         "probability_crossed_by_shutdown": (
@@ -133,7 +133,7 @@ def _row(drive: Mapping[str, Any]) -> dict[str, Any]:
         when = "now"
     elif not drive["remaining_hours"]:
         when = "–"
-    elif not drive.get("pace_seen", True):
+    elif not drive.get("dated", True):
         when = "not known yet"
     elif inspect is None:
         when = "not before the horizon"

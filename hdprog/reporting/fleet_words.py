@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hdprog.config import ReportSettings
+from hdprog.reporting.outlook import in_far_tail
 from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.words import FIRST_LIMIT, quantity, tidy
 
@@ -58,7 +59,7 @@ class FleetEntry:
     inspect_before_hours : service hours, None where there is no need before the horizon
     course : of the leading figure, None without a limit
     warnings : number of warnings
-    pace_seen : tests tell of a pace, so that a date to inspect before is more than a prior's tail
+    dated : whether a date to inspect before is told, see `outlook.dated`
     """
 
     status: str
@@ -71,7 +72,7 @@ class FleetEntry:
     inspect_before_hours: float | None = None
     course: Course | None = None
     warnings: int = 0
-    pace_seen: bool = True
+    dated: bool = True
 
     @property
     def order(self) -> tuple[int, float]:
@@ -89,8 +90,8 @@ def fleet_entry(summary: Mapping[str, Any]) -> FleetEntry:
     verdict, forecasts = summary["verdict"], summary["forecast"]
     first = first_forecast(forecasts)
     remaining = {} if first is None else first["remaining_hours"]
-    pace_seen = not any(text.startswith(_NO_PACE) for text in _sentences(verdict))
-    next_test = None if pace_seen else summary.get("next_test_hours")
+    dated = not _in_far_tail(verdict, first)
+    next_test = None if dated else summary.get("next_test_hours")
     rank, hours = _rank(verdict["status"], first, next_test)
     return FleetEntry(
         status=verdict["status"],
@@ -103,7 +104,7 @@ def fleet_entry(summary: Mapping[str, Any]) -> FleetEntry:
         inspect_before_hours=None if first is None else first["inspect_before_hours"],
         course=_course(summary),
         warnings=len(_warnings(summary)),
-        pace_seen=pace_seen,
+        dated=dated,
     )
 
 
@@ -120,6 +121,15 @@ def first_forecast(forecasts: list[dict[str, Any]]) -> dict[str, Any] | None:
     if not forecasts:
         return None
     return next((one for one in forecasts if one["quantity"] == FIRST_LIMIT), forecasts[0])
+
+
+def _in_far_tail(verdict: Mapping[str, Any], first: Mapping[str, Any] | None) -> bool:
+    """Whether the date to inspect before is but the far tail of a prior; see `outlook.dated`."""
+    no_pace = any(text.startswith(_NO_PACE) for text in _sentences(verdict))
+    if first is None or first["already_crossed"] or not no_pace:
+        return False
+    inspect: float | None = first["inspect_before_hours"]
+    return in_far_tail(inspect, first["now_hours"], first["remaining_hours"]["q50"])
 
 
 def _rank(

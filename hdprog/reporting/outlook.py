@@ -12,6 +12,8 @@ from hdprog.reporting.rounding import about_middle, date_down
 from hdprog.reporting.words import quantity, threshold_words
 from hdprog.results import LEVELS, DriveResult, Forecast, since_replaced
 
+_FAR_TAIL = 0.1  # of the middle of remaining life
+_SURE = 0.95
 AT_ONCE = 2.0  # service hours ahead that no plan tells from now
 
 
@@ -142,8 +144,8 @@ def due_now(forecast: Forecast) -> bool:
 def next_test_hours(result: DriveResult) -> float | None:
     """When the next test is due at the latest: half-way from now to the inspection.
 
-    Where no pace was seen yet, the hour by which a limit is passed with a chance of one in four:
-    only the tail of a prior tells of earlier ones, and another test cuts it off. Without either
+    Where that has no date, the hour by which a limit is passed with a chance of one in four: only
+    the tail of a prior tells of earlier ones, and another test cuts it off. Without either
     before the horizon: after as long again as the longest time between two tests so far, and where
     that is no time, half-way to the horizon. None where the inspection is due now, or nothing was
     forecast.
@@ -152,7 +154,7 @@ def next_test_hours(result: DriveResult) -> float | None:
     if forecast is None or inspect_now(result, forecast):
         return None
     now = forecast.now_hours
-    if not pace_seen(result):
+    if not dated(result):
         quarter = forecast.remaining_hours.get(0.25)
         if quarter is not None:
             return now + quarter
@@ -170,14 +172,33 @@ def tested_at(result: DriveResult) -> int:
     return len({test.service_hours for test in since_replaced(result.tests)})
 
 
-def pace_seen(result: DriveResult) -> bool:
-    """Whether the drive's tests tell of a pace at all, or only a prior or a fleet does."""
-    return tested_at(result) > 1
+def dated(result: DriveResult) -> bool:
+    """Whether a date to inspect before is told: not where it is but the far tail of a prior.
+
+    That of any drive, told after one test, has five in a hundred worn within hours; that of a
+    fleet, or of a drive far from its limits, tells a date all the same.
+    """
+    main = overall(result.forecasts)
+    if main is None or tested_at(result) > 1 or main.already_crossed:
+        return True
+    return not in_far_tail(main.inspect_before_hours, main.now_hours, main.remaining_hours[0.50])
+
+
+def in_far_tail(inspect_before: float | None, now: float, median: float | None) -> bool:
+    """Whether service hours to inspect before are much nearer than the middle of remaining life."""
+    if inspect_before is None:
+        return False
+    return median is None or inspect_before - now < _FAR_TAIL * median
+
+
+def surely_passed(forecast: Forecast) -> bool:
+    """Whether a limit is passed without further words."""
+    return risk_now(forecast) >= _SURE
 
 
 def inspect_now(result: DriveResult, forecast: Forecast) -> bool:
-    """Whether an inspection is due now; by what the drive is, where its pace was not seen."""
-    if pace_seen(result) or forecast.already_crossed:
+    """Whether an inspection is due now; by what the drive is, where no date is told."""
+    if dated(result):
         return due_now(forecast)
     return risk_now(forecast) >= forecast.acceptable_risk
 

@@ -71,7 +71,6 @@ class Verdict:
         return " ".join(self.sentences)
 
 
-_SURE = 0.95  # of a limit that is past without further words
 _LIKELY_ENOUGH = 0.05  # of having been passed already: the early end of 90 % is now
 _LABELS: dict[Status, str] = {
     "act": "Act now",
@@ -122,7 +121,7 @@ def _verdict(result: DriveResult) -> Verdict:
 
 
 def _label(result: DriveResult, status: Status, main: Forecast | None) -> str:
-    if status == "plan" and not outlook.pace_seen(result):
+    if status == "plan" and not outlook.dated(result):
         return "Plan a second test"
     within = main is not None and main.remaining_hours.get(0.05) is not None
     if status == "good" and within:  # by an accepted risk that is larger
@@ -185,7 +184,7 @@ def _outlook(result: DriveResult, main: Forecast) -> tuple[Status, list[str]]:
     sentences = [_coming(main, _main_subject(result, main))]
     if outlook.inspect_now(result, main):
         return "act", [*sentences, _due(main), *_rests_on(result)]
-    if not outlook.pace_seen(result):
+    if not outlook.dated(result):
         come_back: Status = "good" if main.inspect_before_hours is None else "plan"
         return come_back, [*sentences, *_before_a_pace(result, main)]
     status: Status = "good"
@@ -238,7 +237,7 @@ def _passed(result: DriveResult, forecast: Forecast) -> str:
     if limit is None:
         raise ValueError("the first of all limits has no figure of its own")
     named = quantity(limit.key)
-    sure = "" if outlook.risk_now(forecast) >= _SURE else "more likely than not "
+    sure = "" if outlook.surely_passed(forecast) else "more likely than not "
     text = (
         f"{capital(named.name)} is {sure}past its limit: {limit.direction} "
         f"{threshold_words(limit.key, limit.threshold)}"

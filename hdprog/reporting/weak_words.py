@@ -123,7 +123,8 @@ def _mirrored(test: TestResult) -> list[str]:
     return [
         "The drive was loaded to one side only. Width, loss and lost motion are those of a whole "
         "cycle to both sides: the other side is taken to mirror this one, which the record does "
-        "not show. Load to both sides to measure it."
+        "not show, and drift or creep in a single cycle passes for hysteresis. Load to both sides "
+        "to measure it."
     ]
 
 

@@ -47,6 +47,27 @@ def test_contradictions_are_found(rows: list[tuple], doubtful: dict[str, str]) -
         assert f"test {other} (" in found[name]
 
 
+@pytest.mark.parametrize(
+    ("rows", "told"),
+    [
+        ("a,0, b,610, c,11800, d,1830", "test d (1830 h) stands below test c (11800 h)"),
+        ("a,0, b,610, c,200, d,1830", "test c (200 h) stands below test b (610 h)"),
+        ("d,1830, c,1200, b,610, a,0", ""),  # the newest first
+        ("b,610, d,1830, a,0, e,2000, c,1200", ""),  # in no order
+        ("a,0, b,610, c,610, d,1830", ""),
+        ("b,610, a,0", ""),
+    ],
+)
+def test_hours_that_fall_once_from_row_to_row_are_told(
+    tmp_path: Path, rows: str, told: str
+) -> None:
+    """A digit too many passed without a word where there were no dates."""
+    (tests, _) = read_tests(written(tmp_path, rows))
+    found = list(order_doubts(tests).values())
+    assert len(found) == bool(told)
+    assert all(told in text for text in found)
+
+
 def written(folder: Path, rows: str) -> Path:
     """Folder with a tests.csv of rows "test_id,service_hours,date,event", and a file for all."""
     write(folder / "a.csv", table())

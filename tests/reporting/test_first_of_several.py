@@ -88,7 +88,7 @@ def test_a_picture_without_the_passed_limit_says_so_and_does_not_put_off_the_ins
         drawn = remaining_life(
             (to_come,), drives.SHUTDOWN, doubtful=False, passed=passed(result.forecasts)
         )
-        events = _events(to_come, drives.SHUTDOWN, due=True)
+        events = _events(to_come, drives.SHUTDOWN, dated=False)
     said = spaced(drawn.alt)
     assert said.startswith("Secant stiffness")
     assert said.endswith("Lost motion above 2 arcmin is passed already, and not in this picture.")

@@ -27,7 +27,7 @@ def test_the_reference_and_the_change_of_limited_figures() -> None:
         "hysteresis width by −8 % (90 %: −11 to −5 %)."
     )
     doubtful = replace(TREND, temperature=replace(found, unknown=2))
-    assert "; 2 tests without a temperature are taken at it, give or take 8 K." in (
+    assert "; 2 tests without a temperature are taken at it, give or take 8.4 K." in (
         temperature_words(doubtful, [])
     )
     assert as_if_at(found.reference_C) == " as it would be at 24 °C"

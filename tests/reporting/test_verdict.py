@@ -236,7 +236,7 @@ def test_after_one_test_there_is_no_date_but_that_of_the_next() -> None:
     tiles = {fact.label: fact.value for fact in facts(one)}
     assert tiles["Inspection"] == "no date yet"
     entry = fleet_entry(summary_json(one))
-    assert not entry.pace_seen
+    assert not entry.dated
     assert entry.rank_hours == pytest.approx(quarter - 100.0)
 
 

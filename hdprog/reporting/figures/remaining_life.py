@@ -46,7 +46,7 @@ def remaining_life(
     *,
     doubtful: bool,
     passed: Sequence[Forecast] = (),
-    pace_seen: bool = True,
+    dated: bool = True,
 ) -> Picture:
     """Density of the first crossing, and below it its probability up to each hour.
 
@@ -56,7 +56,7 @@ def remaining_life(
     shutdown_hours : service hours of the next shutdown, or None
     doubtful : a fit or the trend behind them did not converge
     passed : forecasts of limits that are passed already, which are told and not drawn
-    pace_seen : the drive's tests tell of its pace, so that a date to inspect before is told
+    dated : whether a date to inspect before is told, see `outlook.dated`
     """
     main = outlook.overall(forecasts)
     if main is None:
@@ -75,7 +75,7 @@ def remaining_life(
     axes.set_ylim(0.0, 1.0)
     axes.yaxis.set_major_formatter(PERCENT)
     axes.set_ylabel("probability of having passed")
-    events = _events(main, shutdown_hours, dated=pace_seen and not passed)
+    events = _events(main, shutdown_hours, dated=dated and not passed)
     mark_events(hill, events)
     for event in events:
         if first <= event.hours <= end:
@@ -98,9 +98,9 @@ def remaining_life(
         bad="it is above the accepted risk at the next shutdown, or starts above it at now.",
         action=(
             "inspect now."
-            if passed or (pace_seen and outlook.due_now(main))
+            if passed or (dated and outlook.due_now(main))
             else "test again."
-            if not pace_seen
+            if not dated
             else "inspect before the line reaches the accepted risk of "
             f"{share(main.acceptable_risk)}."
         )
@@ -320,4 +320,5 @@ def _alt(main: Forecast, shutdown_hours: float | None, passed: Sequence[Forecast
         return told
     those = listed(outlook.limit_words(one.limit) for one in passed if one.limit is not None)
     are = "is" if len(passed) == 1 else "are"
-    return f"{told} {capital(those)} {are} more likely passed than not, and not in this picture."
+    how = "passed already" if all(map(outlook.surely_passed, passed)) else "likely passed already"
+    return f"{told} {capital(those)} {are} {how}, and not in this picture."

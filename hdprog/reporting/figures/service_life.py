@@ -22,7 +22,7 @@ def life_picture(result: DriveResult) -> Picture | None:
         shown,
         doubtful=not result.converged,
         passed=outlook.passed(result.forecasts),
-        pace_seen=outlook.pace_seen(result),
+        dated=outlook.dated(result),
     )
 
 
@@ -38,7 +38,7 @@ def trend_pictures(result: DriveResult) -> list[tuple[Limit, Picture]]:
                 forecast,
                 result.tests,
                 doubtful=not result.converged,
-                pace_seen=outlook.pace_seen(result),
+                dated=outlook.dated(result),
             ),
         )
         for forecast in result.forecasts

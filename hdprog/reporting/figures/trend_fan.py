@@ -47,7 +47,7 @@ def trend_fan(
     tests: Sequence[TestResult],
     *,
     doubtful: bool,
-    pace_seen: bool = True,
+    dated: bool = True,
 ) -> Picture:
     """Fan of a figure of merit over service hours with its limit and crossing interval.
 
@@ -57,7 +57,7 @@ def trend_fan(
     forecast : of a limit on it
     tests : for the events between them (regreased, reassembled, replaced)
     doubtful : the trend or a fit that it goes along did not converge
-    pace_seen : as in `remaining_life`
+    dated : as in `remaining_life`
     """
     limit = forecast.limit
     if limit is None:
@@ -72,7 +72,7 @@ def trend_fan(
     axes.set_ylim(*_range(trend, limit, threshold, end))
     axes.yaxis.set_major_formatter(THOUSANDS)
     axes.set_ylabel(named.head)
-    mark_events(axes, _events(forecast, tests, dated=pace_seen))
+    mark_events(axes, _events(forecast, tests, dated=dated))
     _draw_fan(axes, trend)
     _draw_limit(axes, limit, threshold, forecast.now_hours)
     _draw_tests(axes, trend, tests)
@@ -93,7 +93,7 @@ def trend_fan(
         " the limit.",
         bad=f"the fan {worse} into the limit, or points lie outside it one after the other: wear"
         " has then changed its pace and the forecast is late in seeing it.",
-        action=_action(forecast, dated=pace_seen),
+        action=_action(forecast, dated=dated),
         data=trend_numbers(trend, forecast),
         doubtful=doubtful,
     )

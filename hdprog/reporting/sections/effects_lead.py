@@ -55,7 +55,7 @@ def _nothing_added(found: Explanation | DriveExplanation) -> str:
         return f"The drive model explains {tests} down to {noise}: nothing was added."
     return (
         f"The drive model does not reach the noise on {tests}, but nothing that was tried "
-        "explains it better: nothing was added."
+        "explains it beyond doubt: nothing was added."
     )
 
 

@@ -37,7 +37,7 @@ def facts(result: DriveResult) -> list[Fact]:
         found.append(Fact(f"Risk by {hours(main.horizon_hours)}", value, note))
     at = outlook.next_test_hours(result)
     if at is not None:
-        if not outlook.pace_seen(result):
+        if not outlook.dated(result):
             note = "a second one tells the pace of wear"
         elif main.inspect_before_hours is not None:
             note = "half-way to the inspection"
@@ -60,7 +60,7 @@ def _inspection(result: DriveResult, main: Forecast) -> Fact:
     if at is None:
         note = f"the risk stays below {share(main.acceptable_risk)} until then"
         return Fact("Inspection", f"not before {hours(main.horizon_hours)}", note)
-    if not outlook.pace_seen(result):
+    if not outlook.dated(result):
         return Fact("Inspection", "no date yet", "one test does not tell the pace of wear")
     note = f"{hours(at - main.now_hours)} from now; till then the risk is within "
     return Fact("Inspect before", hours(at), note + share(main.acceptable_risk))

@@ -232,8 +232,9 @@ def _forecast(result: DriveResult) -> str:
         f"{share(main.acceptable_risk)}. Hours are service hours, counted from zero; they are "
         "rounded by their uncertainty, inspection hours downwards. “Test again by” is half-way "
         "from now to the inspection; without one, as long again as the longest time between two "
-        "tests; after one test alone, the hour by which a limit is passed with a chance of one in "
-        "four. Nothing is assumed to be done to the drive in between, and its load to stay at its mean so far"
+        "tests; after one test alone, where that would be the far tail of the prior, the hour by "
+        "which a limit is passed with a chance of one in four. Nothing is assumed to be done to "
+        "the drive in between, and its load to stay at its mean so far"
         f"{_loads(result)}."
     )
 
