@@ -172,8 +172,8 @@ class Explanation:
     ----------
     test_id : of the test, or the file's stem
     service_hours : of the test, or None
-    verdict : adequate (nothing added), explained (mechanisms added), partly_explained (mechanisms,
-        and an unknown term or a `left_over` of more than noise) or unexplained (the unknown
+    verdict : adequate (nothing added), explained (mechanisms added; what remains, if anything, is
+        `left_over`), partly_explained (mechanisms and an unknown term) or unexplained (the unknown
         term alone)
     noise_floor_rad : scatter of neighbouring readings about a smooth course
     repeatability_rad : how far the record's own cycles differ from each other (root mean square

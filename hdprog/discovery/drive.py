@@ -57,7 +57,7 @@ def explain_drive(
     found = [_pooled_effect(name, traced, closed, sizes[name], events) for name in names]
     found.sort(key=lambda effect: (effect.id == UNKNOWN, -effect.share))
     return DriveExplanation(
-        verdict=_verdict(set(names), tests),
+        verdict=_verdict(set(names)),
         effects=tuple(found),
         considered=_considered(traced, closed, set(names)),
         amplitudes=sizes,
@@ -65,13 +65,12 @@ def explain_drive(
     )
 
 
-def _verdict(names: set[str], tests: Sequence[Explanation]) -> Verdict:
+def _verdict(names: set[str]) -> Verdict:
     if not names:
         return "adequate"
-    if names == {UNKNOWN}:
-        return "unexplained"
-    in_part = UNKNOWN in names or any(test.verdict == "partly_explained" for test in tests)
-    return "partly_explained" if in_part else "explained"
+    if UNKNOWN not in names:
+        return "explained"
+    return "unexplained" if names == {UNKNOWN} else "partly_explained"
 
 
 def lasting_effects(posteriors: Sequence[Posterior]) -> tuple[Effect, ...]:

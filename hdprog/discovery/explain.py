@@ -152,9 +152,9 @@ def _kept_angle(prepared: Prepared) -> FloatArray:
 def verdict_of(traced: Traced) -> Verdict:
     """The outcome in the words of the contract."""
     final = traced.final
-    if not final.ids:
-        return "adequate" if final.term is None else "unexplained"
-    return "partly_explained" if traced.structure_remains else "explained"
+    if final.term is None:
+        return "explained" if final.ids else "adequate"
+    return "partly_explained" if final.ids else "unexplained"
 
 
 def _strained(base: Model) -> dict[str, float]:

@@ -90,12 +90,6 @@ class Traced:
     missing: Mapping[str, tuple[str, ...]]
     left_over: LeftOver | None = None
 
-    @property
-    def structure_remains(self) -> bool:
-        """Whether mechanisms leave a curve, or what was refused and more than noise."""
-        beyond = not _noise_alone([self.final])
-        return self.final.term is not None or (self.left_over is not None and beyond)
-
 
 def trace(
     records: Sequence[Prepared],
@@ -213,16 +207,11 @@ def _clears(before: Sequence[Model], after: Sequence[Model], gain: float) -> boo
 
     A first effect may be so large that the share of every other one is small.
     """
-    if gain < CLEAR_EVIDENCE or not _noise_alone(after):
+    left = sum(model.least_misfit for model in after)
+    if gain < CLEAR_EVIDENCE or left > _NOISE * sum(model.likelihood.blocks for model in after):
         return False
     curve, still = (over_threshold([term_gains(one) for one in many]) for many in (before, after))
     return still <= 0 and gain - THRESHOLD > curve
-
-
-def _noise_alone(models: Sequence[Model]) -> bool:
-    """Whether what is left is no more than white noise."""
-    blocks = sum(model.likelihood.blocks for model in models)
-    return sum(model.least_misfit for model in models) <= _NOISE * blocks
 
 
 def _alike(

@@ -14,14 +14,21 @@ from hdprog.trend.fleet import FleetPrior
 from hdprog.trend.state_space import HYPERPARAMETERS
 from hdprog.trend.summary import not_reproduced
 from hdprog.trend.trend import Trend
+from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_prior import read_wear_prior
 
 
-def said(events: list[str | None]) -> tuple[str, ...]:
-    """Of tests 500 h apart, before each of which an event may have been."""
-    tests = [SimpleNamespace(service_hours=500.0 * at, event=one) for at, one in enumerate(events)]
+def said(events: list[str | None], loads: list[float] | None = None) -> tuple[str, ...]:
+    """Of tests 500 h apart, before each of which an event may have been, by hours of load."""
+    tests: list[Any] = [
+        SimpleNamespace(
+            service_hours=500.0 * at, event=one, load_hours=None if loads is None else loads[at]
+        )
+        for at, one in enumerate(events)
+    ]
     trend: Any = SimpleNamespace(
         tests=tests,
+        clock=ServiceClock.of(tests),
         wear_prior=read_wear_prior(),
         mode=SimpleNamespace(converged=True),
         draws=SimpleNamespace(converged=True),
@@ -37,6 +44,17 @@ def test_tests_before_a_replacement_are_not_of_the_drive_that_is_there(
     assert words in found
     assert "was replaced" in found
     assert said([None] * 6) == ()
+
+
+def test_a_load_of_late_that_is_not_the_mean_is_told() -> None:
+    """Twice the torque since the last test but one, and the forecast goes on with the mean."""
+    level, late = [0.0, 500, 1000, 1500, 2000], [0.0, 200, 400, 600, 2000]
+    assert said([None] * 5, level) == said([None] * 5) == ()
+    (warning,) = said([None] * 5, late)
+    assert "wore it 2.8 times as fast as its mean load" in warning
+    assert warning.endswith("--load 1.41.")
+    (warning,) = said([None] * 5, [0.0, 700, 1400, 2000, 2000])
+    assert "ran without load" in warning
 
 
 def test_what_carries_a_hyperparameter_is_told_of_itself() -> None:
