@@ -12,9 +12,9 @@ from hdprog.reporting.rounding import about_middle, date_down
 from hdprog.reporting.words import quantity, threshold_words
 from hdprog.results import LEVELS, DriveResult, Forecast, since_replaced
 
-_FAR_TAIL = 0.1  # of the middle of remaining life
-_SURE = 0.95
 AT_ONCE = 2.0  # service hours ahead that no plan tells from now
+_FAR_TAIL = 0.1  # of the middle of remaining life
+_SURE = 0.95  # probability from which a limit is said to be passed
 
 
 def limit_words(limit: Limit) -> str:

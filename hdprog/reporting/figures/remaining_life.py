@@ -96,21 +96,21 @@ def remaining_life(
         ),
         good="the line stays below the accepted risk until well past the next shutdown.",
         bad="it is above the accepted risk at the next shutdown, or starts above it at now.",
-        action=(
-            "inspect now."
-            if passed or (dated and outlook.due_now(main))
-            else "test again."
-            if not dated
-            else "inspect before the line reaches the accepted risk of "
-            f"{share(main.acceptable_risk)}."
-        )
-        + (
-            " A line that rises slowly over many hours is a date hardly known: another test"
-            " narrows it."
-        ),
+        action=_action(main, dated=dated, passed=bool(passed))
+        + " A line that rises slowly over many hours is a date hardly known: another test narrows"
+        " it.",
         data=_data(main, single),
         doubtful=doubtful,
     )
+
+
+def _action(main: Forecast, *, dated: bool, passed: bool) -> str:
+    if passed or (dated and outlook.due_now(main)):
+        return "inspect now."
+    if not dated:
+        return "test again."
+    accepted = share(main.acceptable_risk)
+    return f"inspect before the line reaches the accepted risk of {accepted}."
 
 
 def _marked(main: Forecast, end: float) -> dict[float, float]:
