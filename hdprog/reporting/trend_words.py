@@ -8,6 +8,7 @@ import numpy as np
 
 from hdprog.physics.parameters import FloatArray
 from hdprog.reporting.effect_words import effect_name
+from hdprog.reporting.leap_words import leap_words
 from hdprog.reporting.rounding import hours
 from hdprog.reporting.words import agree, capital, figure_interval, listed, quantity, with_unit
 from hdprog.results import (
@@ -37,6 +38,7 @@ def trend_warnings(trend: TrendSummary, tests: Sequence[TestResult]) -> list[str
         off = off_course(course)
         if off:
             found.append(_off_course(key, course, off, names))
+        found += leap_words(course, tests)
     return [*found, *_done(tests)]
 
 
