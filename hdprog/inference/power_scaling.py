@@ -22,51 +22,40 @@ torn between two modes, still can.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
 
 from hdprog.inference.lazy_arviz import arviz
 from hdprog.inference.likelihood import COUNT
-from hdprog.physics.figures import FigureRequest, figures
+from hdprog.inference.posterior import FIGURE_DRAWS, Posterior
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.results import Diagnosis, Sensitivity
-
-if TYPE_CHECKING:
-    from hdprog.inference.posterior import Posterior
 
 THRESHOLD = 0.05
 CONFLICT = 2.73
 """|z| that one of eight parameters passes in 5 % of sound fits at most (Bonferroni, two-sided)."""
 _LEAST_MOVED = 0.1
 _DELTA = 0.01
-_DRAWS = 2000
 
 
 def loop_sensitivities(
-    posterior: Posterior, requests: Sequence[FigureRequest]
+    posterior: Posterior, drawn: Mapping[str, FloatArray]
 ) -> tuple[dict[str, Sensitivity], dict[str, Sensitivity]]:
     """Sensitivities of a loop's parameters and figures to the prior and to the record.
 
     Parameters
     ----------
     posterior : of one loop
-    requests : figures of merit
+    drawn : figures of merit, as `posterior.figures` draws them
 
     Returns
     -------
     by parameter and by figure's key
     """
-    chosen = posterior.thinned(_DRAWS)
-    points = posterior.points[chosen]
+    points = posterior.points[posterior.thinned(FIGURE_DRAWS)]
     coordinates = points[:, :COUNT]
-    told = figures(
-        requests,
-        {name: values[chosen] for name, values in posterior.parameters.items()},
-        posterior.operation,
-    )
-    quantities = np.vstack([coordinates.T, *told.values()])
+    quantities = np.vstack([coordinates.T, *drawn.values()])
     prior = power_scaling(quantities, posterior.prior.log_density(coordinates))
     record = power_scaling(quantities, posterior.likelihood.log_likelihood(points))
     shift = prior_shift(
@@ -86,7 +75,7 @@ def loop_sensitivities(
     }
     of_figures = {
         key: Sensitivity(float(by_prior), float(by_record), diagnose(by_prior, by_record))
-        for key, by_prior, by_record in zip(told, prior[COUNT:], record[COUNT:], strict=True)
+        for key, by_prior, by_record in zip(drawn, prior[COUNT:], record[COUNT:], strict=True)
     }
     return found, of_figures
 

@@ -102,8 +102,9 @@ def summarise(
     fit, drive = loop_fit(posterior), posterior.drive
     standard = fit.residual / fit.noise
     parameters = parameter_summaries(posterior)
-    figures = {key: by_level(values) for key, values in posterior.figures(requests).items()}
-    by_parameter, by_figure = loop_sensitivities(posterior, requests)
+    drawn = posterior.figures(requests)
+    figures = {key: by_level(values) for key, values in drawn.items()}
+    by_parameter, by_figure = loop_sensitivities(posterior, drawn)
     other = None
     if assumed(drive.alpha, drive.alpha_declared):
         quantiles = {name: found.quantiles for name, found in parameters.items()}
