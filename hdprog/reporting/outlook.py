@@ -77,10 +77,10 @@ def leading(forecasts: Sequence[Forecast]) -> Forecast | None:
 
 
 def deciding(forecasts: Sequence[Forecast]) -> Forecast | None:
-    """Find the single limit to name beside the date to inspect before: the leading one.
+    """Find the single limit that sets the date to inspect before: the leading one.
 
-    Unless that carries little of the risk by then: with a wider spread, a limit that is likely
-    passed later may set the date.
+    Unless that carries little of the risk by then: a limit that is likely passed later may, with a
+    wider spread, set the date.
     """
     main, first = overall(forecasts), leading(forecasts)
     if main is None or first is None or main.inspect_before_hours is None:

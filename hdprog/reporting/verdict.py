@@ -265,10 +265,13 @@ def _main_subject(result: DriveResult, main: Forecast) -> tuple[str, str]:
     """Grammatical subject and verb: the limit itself, or the first of several."""
     if main.limit is not None:
         return _subject(main)
-    one = outlook.deciding(result.forecasts)
-    if one is None or one.limit is None:
+    lead, soon = outlook.leading(result.forecasts), outlook.deciding(result.forecasts)
+    if lead is None or lead.limit is None:
         return "The first limit", "be passed"
-    return f"The first limit (most likely {outlook.limit_words(one.limit)})", "be passed"
+    likely = f"most likely {outlook.limit_words(lead.limit)}"
+    if soon is not None and soon.limit is not None and soon is not lead:
+        likely += f", but {outlook.limit_words(soon.limit)} if soon"
+    return f"The first limit ({likely})", "be passed"
 
 
 def _coming(forecast: Forecast, subject: tuple[str, str]) -> str:

@@ -252,7 +252,10 @@ def test_the_limit_that_carries_the_risk_is_named() -> None:
     sure = replace(lost, crossing_probability=course)
     assert outlook.leading((sure, width, first)) is sure
     _, sentences = words(replace(result, forecasts=(sure, width, first)))
-    assert sentences[0].startswith("The first limit (most likely hysteresis width ")
+    assert sentences[0].startswith(
+        "The first limit (most likely lost motion above 2 arcmin, but hysteresis width below "
+    )
+    assert " if soon) is forecast to be passed " in sentences[0]
 
 
 def test_two_tests_say_that_they_lean_on_the_prior() -> None:
