@@ -48,17 +48,19 @@ def with_unknown(
         return wider
     own = list(spread(term_gains, bases))
     alone = _with_term(bases, own, rngs, spread)
-    floor = min(sum(model.misfit for model in many) for many in (wider, alone))
-    base, left, left_alone = (
-        sum(model.misfit for model in many) for many in (bases, models, alone)
+    base, left, left_alone, left_both = (
+        sum(model.misfit for model in many) for many in (bases, models, alone, wider)
     )
+    floor = min(left_both, left_alone)
     evidence = sum(gain_over(other, one) for one, other in zip(models, alone, strict=True))
     carried = (base - left) / max(base - floor, _TINY)
     beaten = evidence < -THRESHOLD and left > AS_GOOD * left_alone
     if over_threshold(own) > 0 and (beaten or (carried < NAMED_SHARE and evidence < 0)):
-        # A curve may want the mechanism beside it, which carries most of what both explain.
+        # A curve may want the mechanism beside it, which carries most of what both explain; noise
+        # with a memory must not make up for what they leave.
         beside = sum(gain_over(other, one) for one, other in zip(wider, alone, strict=True))
-        return wider if carried >= NAMED_SHARE and beside > THRESHOLD else alone
+        wanted = beside > THRESHOLD and left_both <= left_alone
+        return wider if wanted and carried >= NAMED_SHARE else alone
     if gain > 0 and share(bases, models, wider) > UNKNOWN_SHARE:
         return wider
     return list(models)

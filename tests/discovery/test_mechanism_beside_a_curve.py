@@ -19,21 +19,28 @@ BASE, ALONE = model(1500.0, 0.0), model(400.0, 90.0)
 
 
 @pytest.mark.parametrize(
-    ("left", "gain", "both", "kept"),
+    ("left", "gain", "both", "left_both", "kept"),
     [
         # An encoder's low-pass, most of it viscous friction: without it the width came out double.
-        (560.0, 66.0, 110.0, "both"),
-        (560.0, 66.0, 93.0, "alone"),
+        (560.0, 66.0, 110.0, 380.0, "both"),
+        (560.0, 66.0, 93.0, 380.0, "alone"),
+        # By noise with a memory, which takes over what they leave.
+        (560.0, 66.0, 110.0, 480.0, "alone"),
         # A dip of the stiffness, which a ripple follows: the curve has no use for it.
-        (560.0, 66.0, 80.0, "alone"),
+        (560.0, 66.0, 80.0, 380.0, "alone"),
         # A bump on one branch, of which damaged teeth carry a third.
-        (1100.0, 20.0, 110.0, "alone"),
+        (1100.0, 20.0, 110.0, 380.0, "alone"),
     ],
 )
 def test_a_mechanism_stays_beside_a_curve_that_wants_it(
-    left: float, gain: float, both: float, kept: str, monkeypatch: pytest.MonkeyPatch
+    left: float,
+    gain: float,
+    both: float,
+    left_both: float,
+    kept: str,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    mechanism, wider = model(left, gain, "one"), model(380.0, both, "one")
+    mechanism, wider = model(left, gain, "one"), model(left_both, both, "one")
     term = {"torque": SimpleNamespace(gain=30.0)}
 
     def with_term(models: list[Any], *_: object) -> list[Any]:
