@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hdprog.config import ReportSettings
-from hdprog.reporting.outlook import in_far_tail
 from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.words import FIRST_LIMIT, quantity, tidy
 
@@ -90,7 +89,7 @@ def fleet_entry(summary: Mapping[str, Any]) -> FleetEntry:
     verdict, forecasts = summary["verdict"], summary["forecast"]
     first = first_forecast(forecasts)
     remaining = {} if first is None else first["remaining_hours"]
-    dated = not _in_far_tail(verdict, first)
+    dated = summary.get("dated", True)  # which earlier versions did not say
     next_test = None if dated else summary.get("next_test_hours")
     rank, hours = _rank(verdict["status"], first, next_test)
     return FleetEntry(
@@ -123,15 +122,6 @@ def first_forecast(forecasts: list[dict[str, Any]]) -> dict[str, Any] | None:
     return next((one for one in forecasts if one["quantity"] == FIRST_LIMIT), forecasts[0])
 
 
-def _in_far_tail(verdict: Mapping[str, Any], first: Mapping[str, Any] | None) -> bool:
-    """Whether the date to inspect before is but the far tail of a prior; see `outlook.dated`."""
-    no_pace = any(text.startswith(_NO_PACE) for text in _sentences(verdict))
-    if first is None or first["already_crossed"] or not no_pace:
-        return False
-    inspect: float | None = first["inspect_before_hours"]
-    return in_far_tail(inspect, first["now_hours"], first["remaining_hours"]["q50"])
-
-
 def _rank(
     status: str, first: Mapping[str, Any] | None, next_test: float | None
 ) -> tuple[int, float]:
@@ -155,14 +145,10 @@ def _risk_now(forecast: Mapping[str, Any]) -> float:
     return float(table[0][1]) if table else 0.0
 
 
-def _sentences(verdict: Mapping[str, Any]) -> list[str]:
-    # Summaries of long ago have the text alone, where a test's name may look like an end.
-    return list(verdict.get("sentences") or _SENTENCE_END.split(verdict["text"]))
-
-
 def _sentence(verdict: Mapping[str, Any]) -> str:
     """Give the first sentence that tells of the drive, and whether it rests on a pace not seen."""
-    sentences = _sentences(verdict)
+    # Summaries of long ago have the text alone, where a test's name may look like an end.
+    sentences = list(verdict.get("sentences") or _SENTENCE_END.split(verdict["text"]))
     no_pace = [text for text in sentences[:-1] if text.startswith(_NO_PACE)]
     while len(sentences) > 1 and sentences[0].startswith(_CAVEATS):
         del sentences[0]

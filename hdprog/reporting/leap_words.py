@@ -22,19 +22,12 @@ def leap_words(course: FigureTrend, tests: Sequence[TestResult]) -> list[str]:
     own = since_replaced(tests)
     first = len(tests) - len(own)
     levels = course.test_quantiles[:, first:]
-    sd = (levels[-1] - levels[0]) / _SD
-    directions = {one.direction for one in own[-1].drive.limits if one.key == course.key}
-    found = {
-        at
-        for direction in directions
-        for at in leaps(
-            course.test_hours[first:],
-            levels[LEVELS.index(0.50)] * (1.0 if direction == "above" else -1.0),
-            sd,
-        )
-    }
+    medians, sd = levels[LEVELS.index(0.50)], (levels[-1] - levels[0]) / _SD
+    signs = {"above": 1.0, "below": -1.0}
+    towards = {signs[one.direction] for one in own[-1].drive.limits if one.key == course.key}
+    found = {at for sign in towards for at in leaps(course.test_hours[first:], sign * medians, sd)}
     return [
-        _asked(course.key, own[at : at + 2], levels[LEVELS.index(0.50), at : at + 2])
+        _asked(course.key, own[at : at + 2], medians[at : at + 2])
         for at in sorted(found)
         if own[at + 1].event is None
     ]

@@ -181,14 +181,10 @@ def dated(result: DriveResult) -> bool:
     main = overall(result.forecasts)
     if main is None or tested_at(result) > 1 or main.already_crossed:
         return True
-    return not in_far_tail(main.inspect_before_hours, main.now_hours, main.remaining_hours[0.50])
-
-
-def in_far_tail(inspect_before: float | None, now: float, median: float | None) -> bool:
-    """Whether service hours to inspect before are much nearer than the middle of remaining life."""
-    if inspect_before is None:
-        return False
-    return median is None or inspect_before - now < _FAR_TAIL * median
+    at, median = main.inspect_before_hours, main.remaining_hours[0.50]
+    if at is None:
+        return True
+    return median is not None and at - main.now_hours >= _FAR_TAIL * median
 
 
 def surely_passed(forecast: Forecast) -> bool:

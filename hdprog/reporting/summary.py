@@ -12,7 +12,7 @@ from hdprog.reporting.fit_names import explanations
 from hdprog.reporting.json_of_test import test_json
 from hdprog.reporting.json_of_trend import trend_json
 from hdprog.reporting.json_values import number, numbers, quantiles
-from hdprog.reporting.outlook import next_test_hours
+from hdprog.reporting.outlook import dated, next_test_hours
 from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.verdict import verdict
 from hdprog.reporting.words import FIRST_LIMIT, keyboard_signs, quantity
@@ -46,6 +46,7 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
             "sentences": sentences,
         },
         "next_test_hours": number(next_test_hours(result)),
+        "dated": dated(result),
         "tests": [test_json(test, by_test.get(test.test_id)) for test in result.tests],
         "trend": trend,
         "forecast": [_forecast(forecast) for forecast in result.forecasts],

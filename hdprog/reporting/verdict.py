@@ -185,8 +185,7 @@ def _outlook(result: DriveResult, main: Forecast) -> tuple[Status, list[str]]:
     if outlook.inspect_now(result, main):
         return "act", [*sentences, _due(main), *_rests_on(result)]
     if not outlook.dated(result):
-        come_back: Status = "good" if main.inspect_before_hours is None else "plan"
-        return come_back, [*sentences, *_before_a_pace(result, main)]
+        return "plan", [*sentences, *_before_a_pace(result, main)]
     status: Status = "good"
     if main.inspect_before_hours is not None:
         status = "plan"

@@ -34,7 +34,7 @@ from hdprog.trend.sudden_steps import sudden_steps
 from hdprog.trend.tilted_loops import with_tilted_loops
 from hdprog.trend.trend import LinearisedTrend, Trend
 from hdprog.trend.trend_density import UNWORN, density
-from hdprog.trend.wear_clock import ServiceClock
+from hdprog.trend.wear_clock import ServiceClock, load_of_pace
 from hdprog.trend.wear_coordinates import StatePrior, from_loop, linearise
 from hdprog.trend.wear_prior import WearPrior
 
@@ -187,7 +187,7 @@ def _load_of_late(trend: LinearisedTrend) -> list[str]:
     return [
         f"Before the last test the drive's load wore it {pace:.2g} times as fast as its mean load "
         "so far, with which the forecast goes on. Forecast for the load of late with "
-        f"--load {pace ** (1 / 3):.2f}."
+        f"--load {load_of_pace(pace):.2f}."
     ]
 
 

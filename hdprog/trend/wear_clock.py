@@ -58,6 +58,11 @@ def pace_of_load(load: float) -> float:
     return load**3
 
 
+def load_of_pace(pace: float) -> float:
+    """Torque over another, given the pace of wear over that under it: `pace_of_load` inverted."""
+    return float(pace ** (1.0 / 3.0))
+
+
 @dataclass(frozen=True)
 class ServiceClock:
     """Map from service hours to hours by load.

@@ -154,18 +154,16 @@ def _tooth_angle(test: TestResult) -> Table | None:
         )
         unit = quantity(name).unit if summary is None else ""
         rows.append(Row(_name(name), cells, note=parameter_meaning(name) or unit))
-    still = [
-        key
-        for key, levels in test.figures.items()
-        if key not in moved and _change(levels, other.figures[key]) is not None
-    ]
+    changes = {key: _change(levels, other.figures[key]) for key, levels in test.figures.items()}
+    still = {
+        key: change for key, change in changes.items() if key not in moved and change is not None
+    }
     caption = (
         f"The gear-tooth angle is not declared; {now} is assumed. With {then}, test "
         f"{test.test_id} gives what is below; where that matters, set alpha_deg in drive.toml."
     )
     if still:
-        changes = [_change(test.figures[key], other.figures[key]) for key in still]
-        most = max((abs(change) for change in changes if change is not None), default=0.0)
+        most = max(map(abs, still.values()))
         names = [quantity(key).name for key in still]
         kinds = dict.fromkeys("stiffness" if "stiffness" in name else name for name in names)
         caption += (
