@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from typing import Literal
 
 from hdprog.config import Limit
+from hdprog.reporting.rounding import hours
 from hdprog.reporting.words import (
     capital,
     figure_interval,
@@ -105,6 +106,17 @@ def passed_at_an_event(tests: Sequence[TestResult], limit: Limit) -> str:
                 f"{value_words(levels, limit.key)}: what was done may have taken it past, not wear."
             )
     return ""
+
+
+def past_since(tests: Sequence[TestResult], limit: Limit) -> str:
+    """From which test on each has shown a limit passed, if not by the last alone; or ""."""
+    newest_first = reversed(since_replaced(tests))
+    shown = list(takewhile(lambda test: is_past(test, limit), newest_first))
+    if len(shown) < 2:
+        return ""
+    first = shown[-1]
+    at = "" if first.service_hours is None else f" at {hours(first.service_hours)}"
+    return f" Every test since {first.test_id}{at} shows it passed."
 
 
 def standing(levels: Mapping[float, float], limit: Limit) -> Literal["past", "inside", "about"]:

@@ -20,6 +20,7 @@ from hdprog.reporting.present import (
     is_past,
     passed_at_an_event,
     past_by_itself,
+    past_since,
 )
 from hdprog.reporting.read_off_words import missed_sentences
 from hdprog.reporting.reader_units import shown_in
@@ -249,6 +250,7 @@ def _passed(result: DriveResult, forecast: Forecast) -> str:
     return (
         f"{text}; it is {with_unit(middle, named.unit)} now (90 %: {low} to {high}), past "
         f"the limit with a probability of {percent(outlook.risk_now(forecast))}."
+        f"{past_since(result.tests, limit)}"
         f"{passed_at_an_event(result.tests, limit)}"
     )
 

@@ -138,6 +138,13 @@ def test_a_limit_that_may_be_passed_is_not_said_to_be() -> None:
     assert sentences[1] == "Inspect now."
 
 
+def test_a_limit_passed_tests_ago_is_told_since_when() -> None:
+    """Whether it was news of the last test or known for months is what a foreman asks first."""
+    long_past = words(drives.wearing(drives.LOST_MOTION, crossing=400.0, spread=20.0))[1][0]
+    assert long_past.endswith("99 %. Every test since t05 at 600 h shows it passed.")
+    assert "shows it passed" not in words(drives.past_limit())[1][0]
+
+
 def test_what_was_done_as_a_limit_was_passed_is_told() -> None:
     """New grease takes a width that stands for preload past its limit, without any wear."""
     result = drives.past_limit()
