@@ -9,8 +9,8 @@ import numpy as np
 
 from hdprog.config import Limit
 from hdprog.reporting.rounding import about_middle, date_down
-from hdprog.reporting.words import quantity, threshold_words
-from hdprog.results import LEVELS, DriveResult, Forecast, since_replaced
+from hdprog.reporting.words import figure_interval, quantity, threshold_words
+from hdprog.results import LEVELS, DriveResult, FigureTrend, Forecast, since_replaced
 
 AT_ONCE = 2.0  # service hours ahead that no plan tells from now
 _FAR_TAIL = 0.1  # of the middle of remaining life
@@ -185,6 +185,12 @@ def dated(result: DriveResult) -> bool:
     if at is None:
         return True
     return median is not None and at - main.now_hours >= _FAR_TAIL * median
+
+
+def figure_now(trend: FigureTrend, forecast: Forecast) -> tuple[str, str, str]:
+    """Low end, median and high end of a figure at the forecast's now (90 %), in words."""
+    now = [float(np.interp(forecast.now_hours, trend.hours, q)) for q in trend.quantiles[[0, 2, 4]]]
+    return figure_interval(trend.key, *now)
 
 
 def surely_passed(forecast: Forecast) -> bool:

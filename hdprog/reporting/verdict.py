@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
 from hdprog.reporting import outlook
 from hdprog.reporting.effect_words import traced_sentences
 from hdprog.reporting.far_limits import far_limits
@@ -37,7 +35,6 @@ from hdprog.reporting.weak_words import prior_driven
 from hdprog.reporting.words import (
     agree,
     capital,
-    figure_interval,
     listed,
     quantity,
     threshold_words,
@@ -245,8 +242,7 @@ def _passed(result: DriveResult, forecast: Forecast) -> str:
     trend = None if result.trend is None else result.trend.figures.get(limit.key)
     if trend is None:
         return text + "."
-    now = [float(np.interp(forecast.now_hours, trend.hours, q)) for q in trend.quantiles[[0, 2, 4]]]
-    low, middle, high = figure_interval(limit.key, *now)
+    low, middle, high = outlook.figure_now(trend, forecast)
     return (
         f"{text}; it is {with_unit(middle, named.unit)} now (90 %: {low} to {high}), past "
         f"the limit with a probability of {percent(outlook.risk_now(forecast))}."

@@ -29,7 +29,7 @@ from hdprog.trend.joint_refit import Effort as JointEffort
 from hdprog.trend.joint_refit import Met, begin_meeting
 from hdprog.trend.joint_start import best_start
 from hdprog.trend.relinearise import JointMode, JointPrior, joint_mode, moved
-from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
+from hdprog.trend.state_space import Timeline, steps_of
 from hdprog.trend.sudden_steps import sudden_steps
 from hdprog.trend.tilted_loops import with_tilted_loops
 from hdprog.trend.trend import LinearisedTrend, Trend
@@ -130,12 +130,8 @@ def begin_trend(
     timeline, _ = Timeline.of(tests, clock, wear_prior)
     state_prior = StatePrior.of(prior, wear_prior)
 
-    def steps_of(deviates: FloatArray) -> tuple[Steps, FloatArray]:
-        values = Hyperparameters.of(deviates, wear_prior)
-        return Steps.of(timeline, values, state_prior, wear_prior), values.scatter
-
     def joint_prior(deviates: FloatArray) -> JointPrior:
-        steps, scatter = steps_of(deviates[None])
+        steps, scatter = steps_of(deviates[None], timeline, state_prior, wear_prior)
         return JointPrior.of(steps, float(scatter[0]), wear_prior.scales)
 
     def density_of(loops: Sequence[Linearised]) -> LogDensity:

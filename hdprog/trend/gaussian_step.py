@@ -30,7 +30,7 @@ from hdprog.trend.given_measured import GivenMeasured, Predictor
 from hdprog.trend.relinearise import JointMode
 from hdprog.trend.ridge_map import RidgeMap, onto_ridges
 from hdprog.trend.smoother import draw
-from hdprog.trend.state_space import Hyperparameters, Steps, Timeline
+from hdprog.trend.state_space import Steps, Timeline, steps_of
 from hdprog.trend.temperature import SeenTests
 from hdprog.trend.wear_coordinates import StatePrior, possible, slope, to_loop
 from hdprog.trend.wear_prior import WearPrior
@@ -185,9 +185,7 @@ class GaussianStep:
 
     def steps_of(self, deviates: FloatArray) -> tuple[Steps, FloatArray]:
         """Steps along the tests, and scatter (draws,), of hyperparameters' deviates (draws, k)."""
-        values = Hyperparameters.of(deviates, self.wear_prior)
-        steps = Steps.of(self.timeline, values, self.state_prior, self.wear_prior)
-        return steps, values.scatter
+        return steps_of(deviates, self.timeline, self.state_prior, self.wear_prior)
 
     def log_weight(
         self, tangents: Tangents, squares: Callable[[FloatArray], FloatArray]

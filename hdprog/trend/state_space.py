@@ -291,6 +291,14 @@ class Steps:
         return replace(self, begins=self.begins[:times], warming=warming, **kept)
 
 
+def steps_of(
+    deviates: FloatArray, timeline: Timeline, state_prior: StatePrior, wear_prior: WearPrior
+) -> tuple[Steps, FloatArray]:
+    """Steps along a timeline, and scatter (draws,), of hyperparameters' deviates (draws, k)."""
+    values = Hyperparameters.of(deviates, wear_prior)
+    return Steps.of(timeline, values, state_prior, wear_prior), values.scatter
+
+
 def _increments(values: FloatArray, begins: NDArray[np.bool_]) -> FloatArray:
     """Increments along the last axis of a course that starts from zero at each beginning."""
     before = np.where(begins, 0.0, np.roll(values, 1, axis=-1))

@@ -11,7 +11,7 @@ from hdprog.physics.parameters import FloatArray
 from hdprog.trend.evidence import Linearised, LoopEvidence
 from hdprog.trend.hyperparameters import LogDensity
 from hdprog.trend.kalman_filter import log_evidence
-from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
+from hdprog.trend.state_space import HYPERPARAMETERS, Steps, Timeline, steps_of
 from hdprog.trend.temperature import SeenTests
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import StatePrior
@@ -49,15 +49,14 @@ def density(
     timeline, _ = Timeline.of(tests, ServiceClock.of(tests), wear_prior)
     seen = SeenTests.of(loops, tests, wear_prior).observations
 
-    def steps_of(deviates: FloatArray) -> tuple[Steps, FloatArray]:
-        values = Hyperparameters.of(deviates, wear_prior)
-        return Steps.of(timeline, values, state_prior, wear_prior), values.scatter
+    def steps_at(deviates: FloatArray) -> tuple[Steps, FloatArray]:
+        return steps_of(deviates, timeline, state_prior, wear_prior)
 
     def log_density(deviates: FloatArray) -> FloatArray:
-        steps, scatter = steps_of(deviates)
+        steps, scatter = steps_at(deviates)
         inside = believed(deviates, steps)
         if not inside.all():
-            steps, scatter = steps_of(np.where(inside[:, None], deviates, UNWORN))
+            steps, scatter = steps_at(np.where(inside[:, None], deviates, UNWORN))
         evidence = log_evidence(steps, scatter, seen)
         inside &= np.isfinite(evidence)
         return np.where(inside, evidence - 0.5 * np.sum(deviates**2, axis=1), -np.inf)

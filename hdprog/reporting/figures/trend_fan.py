@@ -29,7 +29,6 @@ from hdprog.reporting.style import (
 from hdprog.reporting.temperature_words import as_if_at
 from hdprog.reporting.words import (
     capital,
-    figure_interval,
     quantity,
     threshold_words,
     with_unit,
@@ -330,8 +329,7 @@ def _events(forecast: Forecast, tests: Sequence[TestResult], *, dated: bool) -> 
 
 def _alt(trend: FigureTrend, forecast: Forecast, limit: Limit) -> str:
     named = quantity(limit.key)
-    now = [float(np.interp(forecast.now_hours, trend.hours, q)) for q in trend.quantiles[[0, 2, 4]]]
-    low, middle, high = figure_interval(limit.key, *now)
+    low, middle, high = outlook.figure_now(trend, forecast)
     text = (
         f"{capital(named.name)} is {with_unit(middle, named.unit)} now (90 %: {low} to {high}); "
         f"the limit is {threshold_words(limit.key, limit.threshold)}. "

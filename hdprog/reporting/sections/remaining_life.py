@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from hdprog.reporting import outlook
 from hdprog.reporting.rounding import hours, hours_up, percent, percent_beside, share, without_unit
 from hdprog.reporting.sections.table import Cell, Row, Table, Value
-from hdprog.reporting.words import capital, figure_interval, quantity, with_unit
+from hdprog.reporting.words import capital, quantity, with_unit
 from hdprog.results import DriveResult, Forecast
 
 
@@ -46,11 +44,7 @@ def _now(result: DriveResult, forecast: Forecast) -> Cell:
     figure = None if limit is None or trend is None else trend.figures.get(limit.key)
     if limit is None or figure is None:
         return ""
-    now = [
-        float(np.interp(forecast.now_hours, figure.hours, row))
-        for row in figure.quantiles[[0, 2, 4]]
-    ]
-    low, middle, high = figure_interval(limit.key, *now)
+    low, middle, high = outlook.figure_now(figure, forecast)
     return Value(with_unit(middle, quantity(limit.key).unit), f"{low} to {high}")
 
 
