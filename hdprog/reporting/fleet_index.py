@@ -17,6 +17,7 @@ from hdprog.reporting.words import agree, counted, listed
 _STATES = {
     "act": ("needs action now", "need action now"),
     "plan": ("has an inspection to plan", "have an inspection to plan"),
+    "no date": ("needs a second test", "need a second test"),
     "good": ("is good up to its horizon", "are good up to their horizons"),
     "present": ("has no limit: present condition only", "have no limit: present condition only"),
 }
@@ -89,7 +90,7 @@ def shared_ids(drives: Sequence[Mapping[str, Any]]) -> list[str]:
 def headline(content: Mapping[str, Any]) -> str:
     """How many drives need what, in plain words."""
     drives = content["drives"]
-    counts = Counter(drive["status"] for drive in drives)
+    counts = Counter(map(_state, drives))
     said = [
         f"{counts[state]} {agree(counts[state], *words)}"
         for state, words in _STATES.items()
@@ -127,19 +128,26 @@ def build_fleet_index(content: Mapping[str, Any]) -> str:
     )
 
 
+def _state(drive: Mapping[str, Any]) -> str:
+    undated = drive["status"] == "plan" and not drive.get("dated", True)
+    return "no date" if undated else str(drive["status"])
+
+
 def _row(drive: Mapping[str, Any]) -> dict[str, Any]:
     inspect, status = drive["inspect_before_hours"], drive["status"]
     if status == "act":
         when = "now"
     elif not drive["remaining_hours"]:
         when = "–"
-    elif not drive.get("dated", True):
-        when = "not known yet"
     elif inspect is None:
         when = "not before the horizon"
     else:
         when = inspect_words(
-            inspect, drive["now_hours"], drive["remaining_hours"], drive["horizon_hours"]
+            inspect,
+            drive["now_hours"],
+            drive["remaining_hours"],
+            drive["horizon_hours"],
+            dated=drive.get("dated", True),
         )
     risk = drive["probability_crossed_by_shutdown"]
     now = drive["now_hours"]

@@ -61,14 +61,20 @@ def inspect_words(
     now: float,
     levels: Mapping[str, float | None],
     horizon: float | None = None,
+    *,
+    dated: bool = True,
 ) -> str:
     """Say by which service hour to inspect, in the words of the report, not to before now.
+
+    `dated` as `outlook.dated` has it; one that is due now by what the drive is counts as dated.
 
     Where the late end lies past the horizon the report rounds by the horizon; without it, as of
     forecasts that earlier versions kept, the date is rounded as far down as dates are.
     """
     if at is None:
         return LATER
+    if not dated:
+        return "no date yet"
     if at <= now + AT_ONCE:
         return "now"
     return hours(date_down(at, now, spread(levels, None if horizon is None else horizon - now)))

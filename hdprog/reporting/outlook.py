@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from hdprog.reporting.words import figure_interval, quantity, threshold_words
 from hdprog.results import LEVELS, DriveResult, FigureTrend, Forecast, since_replaced
 
 AT_ONCE = 2.0  # service hours ahead that no plan tells from now
+Inspection = Literal["now", "by a date", "not due", "no date yet"]
+
 _FAR_TAIL = 0.1  # of the middle of remaining life
 _SURE = 0.95  # probability from which a limit is said to be passed
 
@@ -200,9 +203,21 @@ def surely_passed(forecast: Forecast) -> bool:
 
 def inspect_now(result: DriveResult, forecast: Forecast) -> bool:
     """Whether an inspection is due now; by what the drive is, where no date is told."""
-    if dated(result):
-        return due_now(forecast)
-    return risk_now(forecast) >= forecast.acceptable_risk
+    return inspection(forecast, dated=dated(result)) == "now"
+
+
+def inspection(forecast: Forecast, *, dated: bool) -> Inspection:
+    """When to inspect for a limit, in kind; the same in words, tables and pictures.
+
+    `dated` as `outlook.dated` says: without a date to tell, what is due now is so by what the drive
+    is, not by what a prior thinks may come within hours.
+    """
+    now = due_now(forecast) if dated else risk_now(forecast) >= forecast.acceptable_risk
+    if now:
+        return "now"
+    if forecast.inspect_before_hours is None:
+        return "not due"
+    return "by a date" if dated else "no date yet"
 
 
 def waiting_hours(forecast: Forecast, count: int = 6) -> list[float]:
@@ -231,7 +246,8 @@ def deciding_risks(result: DriveResult) -> list[tuple[float, float]]:
     main, ahead = overall(result.forecasts), shutdown_ahead(result)
     if main is None:
         return []
-    due = None if due_now(main) else inspection_hours(main)
+    told = inspection(main, dated=dated(result)) == "by a date"
+    due = inspection_hours(main) if told else None
     stated = {at: risk_at(main, at) for at in waiting_hours(main)}
     if due is not None:
         stated[due] = min(risk_at(main, due), main.acceptable_risk)

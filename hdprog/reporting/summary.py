@@ -30,6 +30,7 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
     said, by_test = verdict(result), explanations(result)
     with shown_in(result.drive.report):  # words have the reader's units, numbers their own
         trend = None if result.trend is None else trend_json(result.trend, result.tests)
+        tests = [test_json(test, by_test.get(test.test_id)) for test in result.tests]
         declared = [keyboard_signs(text) for text in declared_words(result)]
     sentences = [keyboard_signs(sentence) for sentence in said.sentences]
     return {
@@ -47,7 +48,7 @@ def summary_json(result: DriveResult) -> dict[str, Any]:
         },
         "next_test_hours": number(next_test_hours(result)),
         "dated": dated(result),
-        "tests": [test_json(test, by_test.get(test.test_id)) for test in result.tests],
+        "tests": tests,
         "trend": trend,
         "forecast": [_forecast(forecast) for forecast in result.forecasts],
         "load_scenarios": [

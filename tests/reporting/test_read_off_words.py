@@ -86,6 +86,10 @@ def test_it_is_told_in_the_readers_unit() -> None:
     found = result.tests[-1].read_off[LOST_MOTION]
     assert "arcsec" in said
     assert f"is {60 * found.record:.1f} ± " in said
+    last = summary_json(replace(result, drive=replace(result.drive, report=seconds)))["tests"][-1]
+    (warned,) = (text for text in last["warnings"] if "read off the record itself" in text)
+    assert "arcsec" in warned
+    assert last["read_off"] == summary_json(result)["tests"][-1]["read_off"]
 
 
 def test_the_report_shows_it() -> None:

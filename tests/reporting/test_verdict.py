@@ -9,12 +9,15 @@ import pytest
 
 from hdprog.config import Limit
 from hdprog.reporting import outlook
+from hdprog.reporting.figures.service_life import life_picture, trend_pictures
 from hdprog.reporting.fleet_words import fleet_entry
 from hdprog.reporting.present import probability_bounds
 from hdprog.reporting.sections.facts import facts
+from hdprog.reporting.sections.remaining_life import limits_table
+from hdprog.reporting.style import house_style
 from hdprog.reporting.summary import summary_json
 from hdprog.reporting.verdict import Verdict, verdict
-from hdprog.results import LEVELS, DriveResult, NotReproduced, Sensitivity
+from hdprog.results import LEVELS, DriveResult, Forecast, NotReproduced, Sensitivity
 from tests.reporting import drives
 from tests.reporting.page import spaced
 
@@ -245,6 +248,37 @@ def test_after_one_test_there_is_no_date_but_that_of_the_next() -> None:
     entry = fleet_entry(summary_json(one))
     assert not entry.dated
     assert entry.rank_hours == pytest.approx(quarter - 100.0)
+
+
+@pytest.mark.parametrize(
+    ("risk_now", "kind", "in_table"), [(0.0, "no date yet", "no date yet"), (0.08, "now", "now")]
+)
+@pytest.mark.parametrize("ahead", [1.0, 4.0])
+def test_tables_and_pictures_of_one_test_ask_for_what_the_verdict_does(
+    risk_now: float, kind: str, in_table: str, ahead: float
+) -> None:
+    """What a prior thinks may come within hours is not due; what is likely passed now is."""
+    result = drives.wearing(count=1, now=100.0, crossing=6000.0, spread=2000.0)
+
+    def believed(forecast: Forecast) -> Forecast:
+        course = forecast.crossing_probability.copy()
+        course[:, 1] = np.maximum(course[:, 1], risk_now)
+        due = 100.0 + (0.0 if risk_now else ahead)
+        return replace(forecast, crossing_probability=course, inspect_before_hours=due)
+
+    one = replace(result, forecasts=tuple(map(believed, result.forecasts)))
+    said, _ = words(one)
+    assert said.label == {"no date yet": "Plan a second test", "now": "Act now"}[kind]
+    assert outlook.inspection(one.forecasts[0], dated=outlook.dated(one)) == kind
+    rows = limits_table(one).groups[0].rows
+    assert {row.cells[-1] for row in rows} == {in_table}
+    assert 104.0 not in [at for at, _ in outlook.deciding_risks(one)]
+    with house_style():
+        life, ((_, course),) = life_picture(one), trend_pictures(one)
+    asked = "inspect now" if kind == "now" else "test again"
+    assert life is not None
+    assert life.action.startswith(asked)
+    assert course.action.startswith(asked)
 
 
 def test_the_limit_that_carries_the_risk_is_named() -> None:

@@ -105,9 +105,10 @@ def remaining_life(
 
 
 def _action(main: Forecast, *, dated: bool, passed: bool) -> str:
-    if passed or (dated and outlook.due_now(main)):
+    when = outlook.inspection(main, dated=dated)
+    if passed or when == "now":
         return "inspect now."
-    if not dated:
+    if when == "no date yet":
         return "test again."
     accepted = share(main.acceptable_risk)
     return f"inspect before the line reaches the accepted risk of {accepted}."
@@ -284,7 +285,7 @@ def _events(main: Forecast, shutdown_hours: float | None, *, dated: bool) -> lis
     """Hours to mark; of the date to inspect before only where it is told."""
     events = [Event(main.now_hours, "now", INK, "-")]
     inspect = outlook.inspection_hours(main)
-    if inspect is not None and dated and not outlook.due_now(main):
+    if inspect is not None and outlook.inspection(main, dated=dated) == "by a date":
         events.append(Event(inspect, f"inspect before {hours(inspect)}", INSPECT, "-"))
     if shutdown_hours is not None:
         text = f"next shutdown {hours(shutdown_hours)}"

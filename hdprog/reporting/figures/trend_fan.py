@@ -116,14 +116,11 @@ def _crossing_shown(forecast: Forecast) -> str:
 
 
 def _action(forecast: Forecast, *, dated: bool) -> str:
-    asked = ""
-    if not dated and not forecast.already_crossed:
+    when = outlook.inspection(forecast, dated=dated)
+    if not dated and when != "now":
         return "test again: only with a second test do points tell of a course."
-    if outlook.due_now(forecast):
-        asked = "inspect now; "
-    elif forecast.inspect_before_hours is not None:
-        asked = "test again before the inspection hour; "
-    return f"{asked}where points leave the fan, test at half the interval."
+    asked = {"now": "inspect now; ", "by a date": "test again before the inspection hour; "}
+    return f"{asked.get(when, '')}where points leave the fan, test at half the interval."
 
 
 def _converted(trend: FigureTrend, factor: float) -> FigureTrend:
@@ -318,7 +315,7 @@ def _draw_crossing(axes: Axes, forecast: Forecast, threshold: float, end: float)
 def _events(forecast: Forecast, tests: Sequence[TestResult], *, dated: bool) -> list[Event]:
     events = [Event(forecast.now_hours, "now", INK, "-")]
     inspect = outlook.inspection_hours(forecast)
-    if inspect is not None and dated and not outlook.due_now(forecast):
+    if inspect is not None and outlook.inspection(forecast, dated=dated) == "by a date":
         events.append(Event(inspect, f"inspect before {hours(inspect)}", INSPECT, "-"))
     return events + [
         Event(test.service_hours, test.event, MUTED, ":")

@@ -35,7 +35,7 @@ def _row(result: DriveResult, forecast: Forecast, shutdown: float | None) -> Row
         risk = forecast.probability_crossed_by_shutdown
         cells.append("–" if risk is None else percent_beside(risk, forecast.acceptable_risk))
     cells.append(percent_beside(forecast.probability_crossed_by_horizon, forecast.acceptable_risk))
-    cells.append(_inspect(forecast))
+    cells.append(_inspect(forecast, dated=outlook.dated(result)))
     return Row(name, tuple(cells))
 
 
@@ -62,13 +62,9 @@ def _passed(forecast: Forecast) -> Cell:
     return Value("later" if middle is None else hours(middle, about), f"{low} to {high}")
 
 
-def _inspect(forecast: Forecast) -> str:
-    at = outlook.inspection_hours(forecast)
-    if outlook.due_now(forecast):
-        return "now"
-    if at is None:
-        return "not due"
-    return hours(at)
+def _inspect(forecast: Forecast, *, dated: bool) -> str:
+    at, when = outlook.inspection_hours(forecast), outlook.inspection(forecast, dated=dated)
+    return when if at is None or when != "by a date" else hours(at)
 
 
 def waiting_table(result: DriveResult) -> Table | None:
