@@ -44,7 +44,8 @@ def first_stretches(
     )
     remark = (
         f"The torque turns {stretches - 1} times, more often than a fit can follow in detail: the "
-        f"first {MOST_STRETCHES // 2 - 1} cycles ({len(first)} of {samples} readings) are fitted. "
+        f"first {MOST_STRETCHES // 2 - 1} cycles, counted by two turns each ({len(first)} of "
+        f"{samples} readings), are fitted. "
         "Split the record where the others are wanted, too."
     )
     return first, kept, remark

@@ -35,12 +35,10 @@ from hdprog.forecast.what_came import (
 )
 from hdprog.inference.priors import Prior
 from hdprog.physics.figures import Operation
-from hdprog.physics.parameters import FloatArray
 from hdprog.results import LEVELS, since_replaced
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
-from hdprog.trend.state_space import Hyperparameters
 from hdprog.trend.temperature import Temperatures
 from hdprog.trend.trend import Paths, Trend
 from hdprog.trend.wear_coordinates import to_loop
@@ -278,7 +276,7 @@ def _score_figures(
         if temperatures is not None:
             warmth = temperatures.draw_warmth(test.temperature_C, rng, _DRAWS)
             state = state + warmth * paths.warmer
-        mounted = to_loop(state + _mounting(trend, rng))
+        mounted = to_loop(state + paths.mounting * rng.standard_normal(state.shape))
         for limit in {limit.key: limit for limit in drive.limits}.values():
             own = test.figures[limit.key]
             measured = float(np.median(own))
@@ -308,11 +306,3 @@ def _score_figures(
                 )
             )
     return tuple(scored)
-
-
-def _mounting(trend: Trend, rng: np.random.Generator) -> FloatArray:
-    """Scatter of a mounting to come, (draws, n) in wear coordinates."""
-    scales = trend.wear_prior.scales
-    deviates = trend.met.thinned(_DRAWS, rng).deviates
-    size = Hyperparameters.of(deviates, trend.wear_prior).scatter
-    return np.asarray(size[:, None] * scales * rng.standard_normal((_DRAWS, scales.size)))

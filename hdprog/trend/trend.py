@@ -45,6 +45,7 @@ class Paths:
     own : (draws, times, n) variance added to each coordinate alone
     warmer : (draws, n) what 10 K add to a state after the last test; zero where temperature does
         not count, else the states are those at the reference temperature
+    mounting : (draws, n) standard deviation of remounting, of a test to come
     """
 
     hours: FloatArray
@@ -53,6 +54,7 @@ class Paths:
     shared: FloatArray
     own: FloatArray
     warmer: FloatArray
+    mounting: FloatArray
 
     @cached_property
     def coordinates(self) -> FloatArray:
@@ -175,6 +177,7 @@ class Trend(LinearisedTrend):
             steps.shared[:, which < 0],
             steps.own[:, which < 0] * left**2,
             per_step_of_warmth(steps, course.carried),
+            values.scatter[:, None] * self.wear_prior.scales,
         )
 
     def measured(self, rng: np.random.Generator, draws: int = 500) -> FloatArray:

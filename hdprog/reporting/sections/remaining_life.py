@@ -108,7 +108,8 @@ def loads_table(result: DriveResult) -> Table | None:
             continue
         name = f"{share(load)} of the mean so far" if load != 1.0 else "the mean so far"
         risk = percent_beside(main.probability_crossed_by_horizon, main.acceptable_risk)
-        rows.append(Row(name, (_passed(main), risk, _inspect(main))))
+        inspect = _inspect(main, dated=outlook.dated(result))
+        rows.append(Row(name, (_passed(main), risk, inspect)))
     return Table.flat(
         "If the load changes from now on: the first of all limits. Wear is taken to go with the "
         "cube of the torque, as the makers rate life, the speed staying as it is. That is for the "
