@@ -15,6 +15,7 @@ from hdprog.discovery.model import Model
 from hdprog.discovery.residuals import carriers, repeatability
 from hdprog.discovery.search import Traced
 from hdprog.explanation import Carrier, Explanation, ResidualCourse, Verdict
+from hdprog.inference.effect_starts import strained
 from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared
@@ -34,7 +35,6 @@ _BESIDE = replace(
     most_steps=2000,
 )
 _OF_STEPS = 0.8  # of the error that is left: the steps' part from which they are most of it
-_STRAINED = 2.5  # prior standard deviations
 
 
 @dataclass(frozen=True)
@@ -158,13 +158,8 @@ def verdict_of(traced: Traced) -> Verdict:
 
 
 def _strained(base: Model) -> dict[str, float]:
-    likelihood = base.likelihood
-    away = (base.start.point - likelihood.prior_mean) / likelihood.prior_sd
-    return {
-        name: float(abs(away[index]))
-        for index, name in enumerate(NAMES)
-        if abs(away[index]) > _STRAINED
-    }
+    far = strained(base.likelihood, base.start)
+    return {name: float(abs(away)) for name, away in zip(NAMES, far, strict=True) if away}
 
 
 def _carried_by(base: Model, rng: np.random.Generator) -> tuple[Carrier, ...]:

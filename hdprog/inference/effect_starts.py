@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 
 from hdprog.errors import BadInputError
-from hdprog.inference.likelihood import LoopLikelihood
+from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.starting_points import (
     StartingPoint,
     descend,
@@ -29,6 +29,7 @@ from hdprog.physics.parameters import FloatArray
 
 _SMALL = 0.2  # of an amplitude's typical size
 _SMALLEST_COORDINATE = -3.0
+_STRAINED = 2.5  # prior standard deviations
 _ALIKE = 0.9  # correlation above which two shapes make one start
 _POLISH = 60  # iterations: a start from far away may need many
 _SEVERAL_RATES = 1.6
@@ -106,17 +107,42 @@ def effect_starts(
     ----------
     likelihood : with the new effect last
     without : modes of the same without it, best first
-    shapes : best shapes of the grid to start from, for each of two modes
+    shapes : best shapes of the grid to start from, for each of two modes, and for the best one
+        with what stands in for the effect taken back
 
     Returns
     -------
     at least one StartingPoint, best first
     """
+    simpler = replace(likelihood, effects=likelihood.effects[:-1])
     points = [point for start in without[:2] for point in _best_shapes(likelihood, start, shapes)]
     modes = descend_all(likelihood, points, 16)
+    # By themselves: they begin far behind the others, where starts are given up.
+    for start in _relaxed(simpler, without[0]):
+        modes += descend_all(likelihood, _best_shapes(likelihood, start, shapes))
     if not modes:
         modes = [describe(likelihood, points[0])]
     return sorted(modes, key=lambda start: start.deviance)
+
+
+def strained(likelihood: LoopLikelihood, start: StartingPoint) -> FloatArray:
+    """Prior standard deviations (8,) by which parameters that only fit far out are; else 0."""
+    away = (start.point - likelihood.prior_mean)[:COUNT] / likelihood.prior_sd[:COUNT]
+    return np.where(np.abs(away) > _STRAINED, away, 0.0)
+
+
+def _relaxed(likelihood: LoopLikelihood, start: StartingPoint) -> list[StartingPoint]:
+    """The mode with its strained parameters where their prior has them; none where none is.
+
+    Beside a mode that has bent itself to an effect, as teeth far too soft do to play, the residual
+    has nothing of it left.
+    """
+    far = strained(likelihood, start) != 0.0
+    if not far.any():
+        return []
+    point = start.point.copy()
+    point[:COUNT] = np.where(far, likelihood.prior_mean[:COUNT], point[:COUNT])
+    return [describe(likelihood, point)] if likelihood.supported(point[None]).all() else []
 
 
 def search_widely(
