@@ -78,7 +78,7 @@ def doubts(
     if drive is not None:
         yield from _resolution(loop, drive)
     yield from _new_turns(loop)
-    yield from _clipping(loop)
+    yield from _clipping(loop, stiffness)
     yield from _standstill(loop)
     yield from _gaps(loop, turns)
     yield from _short_branches(loop, turns)
@@ -171,23 +171,28 @@ def _new_turns(loop: Loop) -> Iterator[str]:
             )
 
 
-def _clipping(loop: Loop) -> Iterator[str]:
+def _clipping(loop: Loop, stiffness: float) -> Iterator[str]:
     """Look for torque that stays at its extreme while the load goes on.
 
-    A hold also stays, but there the angle only creeps one way, or the torque keeps its noise.
+    A hold also stays, but there the angle only creeps one way, or the torque keeps its noise. Noise
+    may also come in behind what clips.
     """
     torque, angle = loop.torque, loop.angle
     fewest = max(5, len(loop) // 500)
     # Within one step of the torque's resolution the angle may go on and come back unseen.
     unseen = (0.005 + (quantisation_step(torque) or 0.0) / float(np.ptp(torque))) * np.ptp(angle)
     unseen += 6.0 * noise_sd(angle, loop.time)
+    about = 6.0 * noise_sd(torque, loop.time)
+    by_noise = unseen + 3.0 * about / abs(stiffness)
     for name, extreme in (("largest", torque.max()), ("smallest", torque.min())):
-        at_extreme = np.flatnonzero(torque == extreme)
-        runs = np.split(at_extreme, np.flatnonzero(np.diff(at_extreme) > 1) + 1)
         clipped = [
             run
-            for run in runs
+            for run in _runs(torque == extreme)
             if run.size >= fewest and (_returns(angle, run, unseen) or _noise_vanishes(torque, run))
+        ] or [
+            run
+            for run in _runs(np.abs(torque - extreme) < about)
+            if run.size >= fewest and _returns(angle, run, by_noise)
         ]
         if clipped:
             samples = sum(run.size for run in clipped)
@@ -198,23 +203,41 @@ def _clipping(loop: Loop) -> Iterator[str]:
             )
 
 
+def _runs(where: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
+    """Neighbouring samples together; one empty run where there is none."""
+    found = np.flatnonzero(where)
+    return np.split(found, np.flatnonzero(np.diff(found) > 1) + 1)
+
+
 def _standstill(loop: Loop) -> Iterator[str]:
-    """Look for an angle that stays where it is while the torque goes on."""
+    """Look for an angle that stays where it is while the torque goes on.
+
+    At its extreme an angle that is noisy elsewhere need not stay long.
+    """
     torque, angle = loop.torque, loop.angle
     per_torque = float(np.ptp(angle)) / float(np.ptp(torque))
     enough = max(
         _STANDSTILL * float(np.ptp(torque)), 3 * (quantisation_step(angle) or 0.0) / per_torque
     )
-    enough += 6.0 * noise_sd(torque, loop.time)
+    noise = 6.0 * noise_sd(torque, loop.time)
+    enough += noise
+    fewest = max(5, len(loop) // 500)
     begins = np.append(0, np.flatnonzero(np.diff(angle)) + 1)
     ends = np.append(begins[1:], len(loop))
-    long = ends - begins >= max(5, len(loop) // 500)
+    long = ends - begins >= fewest
     still = [
         (start, end)
         for start, end in zip(begins[long].tolist(), ends[long].tolist(), strict=True)
         if np.ptp(torque[start:end]) > enough
         or _there_and_back(torque[start:end]) > _CUT_OFF * enough
     ]
+    still += [
+        (int(run[0]), int(run[-1]) + 1)
+        for extreme in (angle.max(), angle.min())
+        for run in _runs(angle == extreme)
+        if run.size >= fewest and np.ptp(torque[run]) > noise and _noise_vanishes(angle, run)
+    ]
+    still = sorted(set(still))
     if still:
         start, end = max(still, key=lambda run: run[1] - run[0])
         samples = sum(end - start for start, end in still)
@@ -274,13 +297,11 @@ def _returns(angle: NDArray[np.float64], run: NDArray[np.intp], unseen: float) -
     return bool(beyond > unseen)
 
 
-def _noise_vanishes(torque: NDArray[np.float64], run: NDArray[np.intp]) -> bool:
-    """Tell whether torque that is noisy elsewhere, and not coarse, is the same all along a run."""
-    steps, bends = (
-        np.concatenate((np.diff(torque[: run[0]], order), np.diff(torque[run[-1] + 1 :], order)))
-        for order in (1, 2)
-    )
-    noisy = np.abs(bends) > 1e-6 * np.ptp(torque)  # not by rounding
+def _noise_vanishes(values: NDArray[np.float64], run: NDArray[np.intp]) -> bool:
+    """Tell whether a channel that is noisy elsewhere, and not coarse, is the same along a run."""
+    elsewhere = values[values != values[run[0]]]
+    steps, bends = np.diff(elsewhere), np.diff(elsewhere, 2)
+    noisy = np.abs(bends) > 1e-6 * np.ptp(values)  # not by rounding
     return bool(
         steps.size >= 20
         # Noise turns the slope at most samples, and never leaves the torque where it was.

@@ -124,6 +124,14 @@ def test_noisy_torque_that_clips() -> None:
     assert "clip" in warned(loop)
 
 
+def test_noise_may_come_in_behind_what_clips() -> None:
+    torque, angle = two_sided()
+    message = warned(Loop(noisy(np.clip(torque, -PEAK, 0.9 * PEAK), 0.05), noisy(angle, 2e-6)))
+    assert "clip at its largest value" in message
+    assert "clip at its smallest value" not in message
+    assert warned(Loop(noisy(torque, 0.05), noisy(angle, 2e-6))) == ""
+
+
 @pytest.mark.parametrize("sd", [0.0, 0.2])
 def test_a_hold_does_not_clip(sd: float) -> None:
     torque = ramps(0, PEAK, PEAK, -PEAK, -PEAK, 0)
@@ -318,6 +326,15 @@ def test_an_encoder_that_stands_still_or_is_at_its_end() -> None:
     assert "stand still" not in warned(Loop(torque, coarse))
     hold = ramps(0, PEAK, PEAK, -PEAK, -PEAK, 0)
     assert "stand still" not in warned(Loop(hold, twist(hold)))
+
+
+def test_a_noisy_encoder_at_its_end_is_told_by_a_few_readings() -> None:
+    """Taken for a damaged tooth at the largest torque, where not even a tenth is cut off."""
+    torque, angle = two_sided()
+    seen = noisy(angle, 6e-6)
+    message = warned(Loop(noisy(torque, 0.04), np.minimum(seen, 0.95 * angle.max())))
+    assert "stand still or to be at its end" in message
+    assert warned(Loop(noisy(torque, 0.04), seen)) == ""
 
 
 def test_degrees_for_radians_in_a_declared_resolution() -> None:
