@@ -175,7 +175,7 @@ def _next_tests(result: BacktestResult) -> list[str]:
     ratios = [
         f"{significant(skill.ratio, 2)} for {quantity(skill.key).name}"
         for skill in figure_skills(figures(result.drives))
-        if skill.ratio is not None
+        if skill.ratio is not None and skill.count >= FEW
     ]
     said = (
         f"Of {counted(found.count, 'prediction')} of a figure at the very next test {found.held} "

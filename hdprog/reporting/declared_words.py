@@ -9,6 +9,7 @@ from hdprog.inference.catalogue import ratio_doubt
 from hdprog.physics.figures import LOST_MOTION_SHARE
 from hdprog.reporting import outlook
 from hdprog.reporting.far_limits import far_limits
+from hdprog.reporting.limits_left_behind import limits_left_behind
 from hdprog.reporting.rounding import hours
 from hdprog.reporting.words import capital, quantity, torque_words
 from hdprog.results import DriveResult
@@ -19,7 +20,7 @@ _REACHED = 1.05  # times the largest torque of the tests: up to there nothing is
 def declared_words(result: DriveResult) -> list[str]:
     """Sentences on limits far off, another ratio than the model's, too high torques, shutdowns."""
     ratio = ratio_doubt(result.drive.model, result.drive.ratio)
-    said = [*far_limits(result), *([ratio] if ratio else [])]
+    said = [*far_limits(result), *limits_left_behind(result), *([ratio] if ratio else [])]
     return [*said, *_beyond(result), *_shutdown(result)]
 
 

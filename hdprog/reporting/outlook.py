@@ -239,18 +239,23 @@ def waiting_hours(forecast: Forecast, count: int = 6) -> list[float]:
 
 
 def deciding_risks(result: DriveResult) -> list[tuple[float, float]]:
-    """Service hours and the risk by then: round ones, the shutdown and the inspection.
+    """Service hours and the risk by then: round ones, the shutdown and what is due.
 
-    The round ones alone can all lie past the hour at which something has to be done.
+    That is the inspection, and the next test where there is no date of one yet. The round ones
+    alone can all lie past the hour at which something has to be done.
     """
     main, ahead = overall(result.forecasts), shutdown_ahead(result)
     if main is None:
         return []
     told = inspection(main, dated=dated(result)) == "by a date"
     due = inspection_hours(main) if told else None
+    test = None if told else next_test_hours(result)
     stated = {at: risk_at(main, at) for at in waiting_hours(main)}
     if due is not None:
         stated[due] = min(risk_at(main, due), main.acceptable_risk)
+    if test is not None:
+        test = rounded_date(main, test)
+        stated[test] = risk_at(main, test)
     if ahead is not None and ahead[0] <= main.horizon_hours:
         stated[ahead[0]] = ahead[1]
     return sorted(stated.items())

@@ -11,6 +11,7 @@ from hdprog.reporting.far_limits import far_limits
 from hdprog.reporting.fit_names import doubtful_without_effects
 from hdprog.reporting.left_out import gone_sentences, left_out_sentences
 from hdprog.reporting.left_structure import structure_sentences
+from hdprog.reporting.limits_left_behind import limits_left_behind
 from hdprog.reporting.present import (
     against_limit,
     condition,
@@ -88,7 +89,7 @@ def _verdict(result: DriveResult) -> Verdict:
     sentences: list[str] = []
     if not result.converged:
         sentences.append(not_converged(result))
-    sentences += [*far_limits(result), *missed_sentences(result)]
+    sentences += [*far_limits(result), *limits_left_behind(result), *missed_sentences(result)]
     main = outlook.overall(result.forecasts)
     if main is not None and outlook.tested_at(result) == 1:
         sentences.append(_no_pace(result))

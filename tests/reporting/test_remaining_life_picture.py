@@ -30,6 +30,17 @@ def test_levels_that_lie_close_to_now_are_told_apart() -> None:
     assert not any(one.overlaps(two) for one, two in pairwise(boxes))
 
 
+@pytest.mark.parametrize(("never", "highest"), [(0.0, 1.0), (0.98, 0.25)])
+def test_what_hardly_ever_happens_makes_no_mountain(never: float, highest: float) -> None:
+    hours = np.linspace(1500.0, 2500.0, 4000)
+    hours[np.random.default_rng(3).random(4000) < never] = np.inf
+    with house_style():
+        axes = new_figure(7.6, 1.6).add_axes((0.09, 0.1, 0.88, 0.75))
+        _draw_density(axes, forecast_of(LOST_MOTION, hours, 900.0), 2600.0)
+    _, drawn = axes.lines[0].get_data()
+    assert 0.5 * highest < np.max(drawn) / axes.get_ylim()[1] < highest
+
+
 @pytest.mark.parametrize(
     ("ends", "words"),
     [

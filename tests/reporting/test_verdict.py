@@ -272,13 +272,30 @@ def test_tables_and_pictures_of_one_test_ask_for_what_the_verdict_does(
     assert outlook.inspection(one.forecasts[0], dated=outlook.dated(one)) == kind
     rows = limits_table(one).groups[0].rows
     assert {row.cells[-1] for row in rows} == {in_table}
-    assert 104.0 not in [at for at, _ in outlook.deciding_risks(one)]
+    waits = [at for at, _ in outlook.deciding_risks(one)]
+    assert 104.0 not in waits
+    test = outlook.next_test_hours(one)
+    assert kind == "now" or outlook.rounded_date(one.forecasts[-1], test or 0.0) in waits
     with house_style():
         life, ((_, course),) = life_picture(one), trend_pictures(one)
     asked = "inspect now" if kind == "now" else "test again"
     assert life is not None
     assert life.action.startswith(asked)
     assert course.action.startswith(asked)
+
+
+def test_a_limit_on_the_side_that_wear_leaves_is_asked_about() -> None:
+    """It was told as nothing to plan, however worn the drive."""
+    left = replace(drives.SECANT, direction="above", threshold=60_000.0)  # it falls with wear
+    said = words(wrong := drives.wearing(left))[1]
+    asked = "above 60 000 Nm/rad does not guard the side that wear takes it to."
+    assert asked in spaced(said[0])
+    assert any("does not guard the side" in text for text in summary_json(wrong)["warnings"])
+    for limits in ((drives.SECANT,), (drives.LOST_MOTION,), (left, drives.SECANT)):
+        assert "does not guard" not in " ".join(words(drives.wearing(*limits))[1])
+    first, second, *others = wrong.tests
+    eased = replace(wrong, tests=(first, replace(second, event="regreased"), *others))
+    assert "does not guard" not in " ".join(words(eased)[1])
 
 
 def test_the_limit_that_carries_the_risk_is_named() -> None:

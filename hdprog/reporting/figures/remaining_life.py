@@ -33,6 +33,7 @@ from hdprog.reporting.style import (
 from hdprog.reporting.words import capital, listed
 from hdprog.results import Forecast
 
+_COMMON = 0.1  # probability of passing by the horizon, below which the hill is drawn lower
 _WORTH_SAYING = 0.05  # of what lies outside of the picture
 _ROOM_FOR_WORDS = 0.25  # of the height of the hill's axes
 _WIDTH_OF_WORDS = 0.07  # "50 %", of the width of the hill's axes
@@ -86,7 +87,7 @@ def remaining_life(
     others = "single" if main.limit is None else "other"
     return picture(
         figure,
-        alt=_alt(main, shutdown_hours, passed),
+        alt=_alt(main, shutdown_hours, passed, dated=dated and not passed),
         shows=(
             "Above: where the hour of passing "
             + ("the first of the limits" if main.limit is None else "the limit")
@@ -154,7 +155,9 @@ def _draw_density(axes: Axes, main: Forecast, end: float) -> None:
         inner = (at >= early) & (at <= (end if late is None else late))
         axes.fill_between(at[inner], density[inner], color=FIT, alpha=0.35, linewidth=0)
     axes.plot(at, density, color=FIT, linewidth=1.6)
-    top = 1.3 * float(density.max()) or 1.0
+    # What hardly ever happens makes no mountain.
+    rare = min(float(main.crossing_probability[-1, 1]) / _COMMON, 1.0)
+    top = 1.3 * float(density.max()) / max(rare, 1e-3) or 1.0
     axes.set_ylim(0.0, top)
     before, base = -np.inf, 0.0
     for level, hour in _marked(main, end).items():
@@ -296,7 +299,9 @@ def _events(main: Forecast, shutdown_hours: float | None, *, dated: bool) -> lis
     return events
 
 
-def _alt(main: Forecast, shutdown_hours: float | None, passed: Sequence[Forecast]) -> str:
+def _alt(
+    main: Forecast, shutdown_hours: float | None, passed: Sequence[Forecast], *, dated: bool
+) -> str:
     what = "the first limit" if main.limit is None else outlook.limit_words(main.limit)
     parts = []
     if shutdown_hours is not None and main.probability_crossed_by_shutdown is not None:
@@ -305,12 +310,12 @@ def _alt(main: Forecast, shutdown_hours: float | None, passed: Sequence[Forecast
     inspect = outlook.inspection_hours(main)
     if main.already_crossed:
         parts.append(f"passed already with a probability of {percent(outlook.risk_now(main))}")
-    elif inspect is not None:
-        when = f"not reached before {hours(inspect)}"  # which is rounded down
-        if outlook.due_now(main):
+    elif inspect is not None and (when := outlook.inspection(main, dated=dated)) != "no date yet":
+        reached = f"not reached before {hours(inspect)}"  # which is rounded down
+        if when == "now":
             over = outlook.risk_now(main) >= main.acceptable_risk
-            when = "reached already" if over else "reached within two hours"
-        parts.append(f"accepted risk of {share(main.acceptable_risk)} {when}")
+            reached = "reached already" if over else "reached within two hours"
+        parts.append(f"accepted risk of {share(main.acceptable_risk)} {reached}")
     median = outlook.crossing_hours(main).get(0.50)
     if median is not None and not main.already_crossed:
         parts.append(f"even odds at {hours(median, outlook.spread_about_median(main))}")

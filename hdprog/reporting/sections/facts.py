@@ -59,7 +59,7 @@ def _inspection(result: DriveResult, main: Forecast) -> Fact:
         return Fact("Inspect", "now", note)
     if at is None:
         note = f"the risk stays below {share(main.acceptable_risk)} until then"
-        return Fact("Inspection", f"not before {hours(main.horizon_hours)}", note)
+        return Fact("Inspection", f"none due by {hours(main.horizon_hours)}", note)
     if not outlook.dated(result):
         return Fact("Inspection", "no date yet", "one test does not tell the pace of wear")
     note = f"{hours(at - main.now_hours)} from now; till then the risk is within "
