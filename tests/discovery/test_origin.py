@@ -7,8 +7,9 @@ from typing import cast
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
-from hdprog.discovery.drive import brought_by_wear, origin_of
+from hdprog.discovery.drive import _came_with, brought_by_wear, origin_of
 from hdprog.inference.posterior import Posterior
 from hdprog.physics.parameters import FloatArray
 
@@ -143,3 +144,35 @@ def test_what_came_as_the_drive_was_taken_apart_is_followed_all_the_same() -> No
     events = [None] * 4 + ["reassembled"] + [None] * 3
     found = [effect.id for effect in brought_by_wear(tests, HOURS.tolist(), events)]
     assert found == ["backlash"]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_levels_between_events_pay_by_schwarz_s_criterion(seed: int) -> None:
+    """Two events part three levels, one number more than a line has, and log n dearer.
+
+    By the densities themselves, of courses between a line and levels.
+    """
+    rng = np.random.default_rng(seed)
+    events = [None] * 3 + ["regreased"] + [None] * 3 + ["reassembled"] + [None] * 4
+    hours, stretch = np.linspace(0.0, 3600.0, 12), np.repeat([0, 1, 2], [3, 4, 5])
+    told, narrow = [], 0
+    for _ in range(100):
+        line = 1e-5 * (4.0 + 8.0 * hours / hours[-1])
+        levels = np.array([line[stretch == one].mean() for one in range(3)])[stretch]
+        share, error = rng.uniform(), 1.2e-5
+        size = share * line + (1 - share) * levels + error * rng.standard_normal(12)
+        size = np.maximum(size, 1e-6)
+        found = np.column_stack([hours, size - 1.645 * error, size, size + 1.645 * error])
+        sd = np.maximum(np.hypot(error, 0.15 * size), 0.3 * np.median(size))
+        of_line = np.polyval(np.polyfit(hours, size, 1, w=1 / sd), hours)
+        means = [
+            np.average(size[stretch == one], weights=sd[stretch == one] ** -2) for one in (0, 1, 2)
+        ]
+        of_levels = np.array(means)[stretch]
+        straight, stepped = (-2 * norm(one, sd).logpdf(size).sum() for one in (of_line, of_levels))
+        told.append(
+            _came_with(found, events) == (stepped + 3 * np.log(12) < straight + 2 * np.log(12))
+        )
+        narrow += 1.0 < straight - stepped < np.log(12)
+    assert all(told)
+    assert narrow >= 3  # where a penalty of one would choose otherwise
