@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.integrate import dblquad
 
 from hdprog.data.loop import Loop
@@ -126,3 +127,41 @@ def test_log_density_of_blocks_adds_up() -> None:
     missing = model.reduced.angle - model.angle(at(TRUTH))[0]
     wanted = -0.5 * (missing / 1e-5) ** 2 - np.log(1e-5 * np.sqrt(2 * np.pi))
     np.testing.assert_allclose(pointwise, wanted, rtol=1e-9)
+
+
+def test_nuisances_are_integrated_out_with_their_own_priors() -> None:
+    """The slope and the curvature of the complete log density by finite differences, reduced.
+
+    The logit of the initial slip is logistic a priori, effects are standard normal; the data
+    say as much of all of them as their priors do.
+    """
+    rng = np.random.default_rng(8)
+    point = rng.standard_normal(11)
+    derivative, residual = 0.4 * rng.standard_normal((30, 11)), rng.standard_normal(30)
+    found = information_form(residual, derivative, point[:8], point, np.arange(8), variance=1.7)
+
+    def log_density(at: np.ndarray) -> float:
+        left = residual + derivative @ (at - point)
+        prior = stats.logistic.logpdf(at[8]) + stats.norm.logpdf(at[9:]).sum()
+        return float(-0.5 * left @ left / 1.7 + prior)
+
+    step = 1e-3 * np.eye(11)
+    slope = np.array([log_density(point + d) - log_density(point - d) for d in step]) / 2e-3
+    curvature = [
+        [
+            log_density(point + d + e)
+            - log_density(point + d - e)
+            - log_density(point - d + e)
+            + log_density(point - d - e)
+            for d in step
+        ]
+        for e in step
+    ]
+    curvature = -np.array(curvature) / 4e-6
+    covariance = np.linalg.inv(curvature)
+    # What the Gaussian of all says of the state alone.
+    precision = np.linalg.inv(covariance[:8, :8])
+    moved = (covariance @ slope)[:8]
+    np.testing.assert_allclose(found.precision, precision, atol=1e-4 * np.abs(precision).max())
+    wanted = precision @ (point[:8] + moved)
+    np.testing.assert_allclose(found.information, wanted, atol=1e-4 * np.abs(wanted).max())
