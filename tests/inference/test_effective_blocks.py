@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hdprog.inference.effective_blocks import effective_degrees
+from hdprog.inference.effective_blocks import _long_run, effective_degrees
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.noise import NoiseModel
 from hdprog.inference.starting_points import StartingPoint, descend, describe
@@ -70,3 +70,11 @@ def test_fewer_blocks_widen_the_posterior_by_as_much() -> None:
     scale = fewer.nuisances(np.repeat(points[:1], 4000, axis=0), np.random.default_rng(0))[1]
     # E[1/s²] is exact; its mean over 4000 draws scatters by 0.3 %.
     assert np.mean(scale**-2.0) * 4 * start.variance == pytest.approx(1.0, abs=0.012)
+
+
+def test_lags_are_weighed_down_to_zero() -> None:
+    """As sums over every window of four neighbours are, which hold a lag of l in 4 − l of them."""
+    scores = np.random.default_rng(6).standard_normal((39, 2)).cumsum(axis=0)
+    padded = np.vstack([np.zeros((3, 2)), scores, np.zeros((3, 2))])
+    sums = np.array([padded[at : at + 4].sum(axis=0) for at in range(42)])
+    np.testing.assert_allclose(_long_run(scores), sums.T @ sums / 4, rtol=1e-12)
