@@ -9,7 +9,13 @@ import pytest
 from scipy import stats
 
 from hdprog.inference.noise import NoiseModel
-from hdprog.inference.noise_shape import FALSE_ALARM_RATE, DecayingNoise, fit_noise
+from hdprog.inference.noise_shape import (
+    FALSE_ALARM_RATE,
+    DecayingNoise,
+    _averaged,
+    _Restricted,
+    fit_noise,
+)
 
 BLOCKS = 150
 POSITION = np.arange(float(BLOCKS))
@@ -136,3 +142,17 @@ def test_banded_solution_is_the_dense_one(ratio: float) -> None:
     wanted = np.linalg.solve(dense, columns)
     np.testing.assert_allclose(banded.solve(columns), wanted, atol=1e-8 * np.abs(wanted).max())
     assert banded.log_det == pytest.approx(np.linalg.slogdet(dense)[1], abs=1e-6)
+
+
+def test_shapes_are_averaged_as_the_covariances_that_they_say() -> None:
+    """Two shapes, as likely as each other, of which one says four times the variance."""
+    position = np.array([0.0, 1.0, 3.0])
+    ratio, length = np.log([0.5, 2.0]), np.log([1.0, 5.0])
+    never = _Restricted(np.inf, 0.0)
+    seen = [[_Restricted(7.0, 1.0), never], [never, _Restricted(7.0, 4.0)]]
+    found = _averaged((ratio, length), seen, position)
+    distance = np.abs(position[:, None] - position[None, :])
+    first = 1.0 * (np.eye(3) + 0.5 * np.exp(-distance / 1.0))
+    second = 4.0 * (np.eye(3) + 2.0 * np.exp(-distance / 5.0))
+    mean, white = (first + second) / 2, (1.0 + 4.0) / 2
+    np.testing.assert_allclose(np.eye(3) + found, mean / white, rtol=1e-12)
