@@ -131,3 +131,19 @@ def test_a_drive_that_replaced_another_goes_on_at_its_own_load(
         np.diff(clock(np.array([last, last + 1e3]))),
     )
     assert ahead == pytest.approx(pace * before)
+
+
+def test_what_the_old_drive_ran_before_it_was_replaced_is_the_old_ones_load() -> None:
+    """The new one was first tested 500 h after the old one's last test, and ran at a third."""
+    hours = np.array([1000.0, 2000.0, 2500.0, 3000.0, 4000.0])
+    counted = np.array([1000.0, 2000.0, 4000.0, 4150.0, 4450.0])
+    events = (None, None, "replaced", None, None)
+    tests = wearing_drive(np.random.default_rng(1), hours / 8000, hours)
+    drive = [
+        replace(test, load_hours=float(load), event=event)
+        for test, load, event in zip(tests, counted, events, strict=True)
+    ]
+    clock = ServiceClock.of(drive)
+    ahead = clock(np.array([4000.0, 5000.0]))
+    # 450 of 1 500 h, not 2 450 of 2 000.
+    assert ahead == pytest.approx((4450.0, 4750.0))
