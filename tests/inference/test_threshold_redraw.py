@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from emcee import EnsembleSampler
@@ -79,3 +79,38 @@ def test_walkers_below_the_record_s_end_stay() -> None:
     assert factor[0] == -np.inf
     assert np.isfinite(factor[1])
     assert posterior.points(proposed)[1, T_T] > redraw.lowest
+
+
+class Nothing(LoopLikelihood):
+    """A record that tells of nothing at all."""
+
+    def log_likelihood(self, points: np.ndarray) -> np.ndarray:
+        return np.zeros(len(points))
+
+
+def test_without_data_every_redraw_that_lands_is_taken() -> None:
+    """It draws from the prior: density and ways there and back cancel, whatever the Jacobian.
+
+    Also between 0.85 of the largest torque and the torque itself, where the ridge coordinates hang
+    on the threshold.
+    """
+    plain = likelihood(1e-5)
+    prior = replace(plain.prior, mean=plain.prior.mean.copy(), sd=plain.prior.sd.copy())
+    model = Nothing(plain.reduced, prior, plain.alpha, plain.noise)
+    lowest, largest = ThresholdRedraw(model).lowest, plain.reduced.path.largest
+    prior.mean[T_T], prior.sd[T_T] = lowest + 0.5, 1.0
+    rng = np.random.default_rng(4)
+    drawn = np.hstack([prior.sample(400, rng), rng.logistic(size=(400, 1))])
+    posterior = RidgePosterior(model)
+    drawn = drawn[model.supported(drawn) & (drawn[:, T_T] > lowest)]
+    position = np.array([posterior.position(point) for point in drawn])
+    proposed, factor = ThresholdRedraw(model)(position, np.random.RandomState(2))
+    before, after = posterior(position), posterior(proposed)
+    landed = np.isfinite(after)
+    assert landed.mean() > 0.9
+    np.testing.assert_allclose((after - before + factor)[landed], 0.0, atol=1e-8)
+    inside = [
+        prior.to_physical(points[:, :8])["T_T"] < largest
+        for points in (drawn, posterior.points(proposed))
+    ]
+    assert np.mean(inside[0] != inside[1]) > 0.2
