@@ -12,7 +12,7 @@ from scipy.stats import multivariate_normal
 
 from hdprog.errors import BadInputError
 from hdprog.shipped import shipped
-from hdprog.trend.kalman_filter import log_evidence, per_step_of_warmth
+from hdprog.trend.kalman_filter import at_reference, log_evidence, per_step_of_warmth
 from hdprog.trend.relinearise import JointPrior
 from hdprog.trend.smoother import draw, smooth
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
@@ -192,6 +192,19 @@ def test_smoothed_states_and_their_change_by_warmth_are_those_of_the_dense_solut
         expected, _ = given_readings(both, read, data)
         found = np.concatenate([course.states[number].ravel(), warmer[number]])
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8)
+
+
+def test_a_state_at_the_reference_is_without_what_its_warmth_adds(case: Case) -> None:
+    """By the dense solution's x + βδ and β, δ from the temperatures as given."""
+    precision, information, _ = case.seen.observations.behind_scatter(case.scatter)
+    course, last = smooth(case.steps, precision, information), len(HOURS) - 1
+    found = at_reference(case.steps, course.states[:, last], course.carried, last)
+    for number in range(DRAWS):
+        both, _, read, data = readings(case, number)
+        mean, _ = given_readings(both, read, data)
+        met, beta = mean[-2 * COUNT : -COUNT], mean[-COUNT:]
+        np.testing.assert_allclose(found[number], met - case.warmth()[last] * beta, atol=1e-8)
+        assert np.abs(case.warmth()[last] * beta).max() > 1e-3
 
 
 def test_the_joint_prior_is_that_of_what_was_met(case: Case) -> None:
