@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
+import pytest
 
 from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.inference_data import inference_data
-from hdprog.inference.least_squares import LED_AWAY_RATE, kept_to_readings
+from hdprog.inference.least_squares import LED_AWAY_RATE, _Spread, kept_to_readings
+from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.starting_points import StartingPoint, descend_all
 from hdprog.inference.until_converged import QUICK
@@ -147,3 +151,28 @@ def test_a_likelihood_can_be_sampled_as_it_is() -> None:
         for points in (one.chains.reshape(-1, correlated.size) for one in (posterior, sampled()))
     )
     assert followed > kept + 100.0
+
+
+def test_errors_are_as_large_as_they_were_drawn() -> None:
+    """Also of few readings, of which a fit takes a quarter; 2 000 records, five standard errors."""
+    rng = np.random.default_rng(7)
+    sd = 1e-5 * np.exp(0.3 * rng.standard_normal(32))
+    derivative = rng.standard_normal((32, 7))
+    lag = np.abs(np.subtract.outer(np.arange(32), np.arange(32)))
+    covariance = np.outer(sd, sd) * (0.5 * (lag == 0) + 0.5 * np.exp(-lag / 4.0))
+    fitted = np.column_stack([derivative, 1 / sd])  # whitened, the offset last
+    errors = 3.0 * rng.standard_normal((2000, 32)) @ np.linalg.cholesky(covariance).T / sd
+    left = errors - (fitted @ np.linalg.lstsq(fitted, errors.T, rcond=None)[0]).T
+    found = []
+    for residual in left:
+        white = SimpleNamespace(
+            jacobian=lambda _, residual=residual: (residual, derivative),
+            noise=SimpleNamespace(white_sd=sd),
+            prior_sd=np.ones(7),
+        )
+        start = cast(StartingPoint, SimpleNamespace(point=np.zeros(7)))
+        spread = _Spread.of(cast(LoopLikelihood, white), start, covariance)
+        found.append(spread.variance)
+    error = np.std(found) / np.sqrt(len(found))
+    assert np.mean(found) == pytest.approx(3.0**2, abs=5 * error)
+    assert error < 0.01 * 3.0**2
