@@ -11,6 +11,7 @@ from hdprog.inference.pareto_weights import pareto_weights, worth
 from hdprog.trend import tilted_loops
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.gaussian_step import GaussianStep
+from hdprog.trend.ridge_map import RidgeMap
 from hdprog.trend.tilted_loops import _Cavity, _Gaussian, with_tilted_loops
 from hdprog.trend.wear_coordinates import Information, from_loop
 from tests.trend.two_tests import (
@@ -94,6 +95,34 @@ def test_loops_that_are_gaussian_are_found(
     found = with_tilted_loops(off, FIXED[0], np.random.default_rng(3))
     of_mean, of_spread = errors(problem, found, right)
     assert (of_mean.max() < 0.06 and of_spread.max() < 0.06) == cavity
+
+
+def test_a_bend_that_all_tests_share_is_said_once(
+    problem: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each of two tests takes half of what is said of going round: a Gaussian here, too."""
+    mean, covariance = joint(problem, problem.step)
+    spread = np.sqrt(covariance[T_I, T_I])
+    said, about = 2.0 / spread**2, mean[T_I] + 0.4 * spread
+
+    def bent(maps: list[RidgeMap], tangents: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return tangents, -0.5 * said * (tangents[..., T_I] - about) ** 2
+
+    monkeypatch.setattr(tilted_loops, "onto_ridges", bent)
+    off, gaussian = with_known(problem)
+    tests = []
+    for test in gaussian.tests:
+        precision, information = test.loop.precision.copy(), test.loop.information.copy()
+        precision[T_I, T_I] += 0.5 * said
+        information[T_I] += 0.5 * said * about
+        loop = replace(test.loop, precision=precision, information=information)
+        tests.append(replace(test, loop=loop))
+    found = with_tilted_loops(off, FIXED[0], np.random.default_rng(3))
+    of_mean, of_spread = errors(problem, found, gaussian.having(tests))
+    assert of_mean.max() < 0.06
+    assert of_spread.max() < 0.06
+    _, without = errors(problem, found, gaussian)
+    assert without.max() > 0.2
 
 
 def test_a_skewed_loop_has_the_mean_and_spread_of_quadrature(
