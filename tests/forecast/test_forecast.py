@@ -13,6 +13,8 @@ from hdprog.forecast.limits import margins
 from hdprog.physics.figures import Operation
 from hdprog.results import LEVELS
 from hdprog.trend.fitting import fit_trend
+from hdprog.trend.joint_gaussian import joint_gaussian
+from hdprog.trend.state_space import Hyperparameters
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.hasty import HASTY
@@ -94,3 +96,17 @@ def test_the_grid_hardly_matters(trend: Trend) -> None:
         crossing = first_crossing(hours, [margins(SECANT, paths, PRIOR, OPERATION)])
         found.append(crossing.probability[-1])
     assert found[0] == pytest.approx(found[1], abs=4 * np.sqrt(0.5 / 2000))
+
+
+def test_a_test_to_come_is_mounted_as_those_were_that_were_seen(trend: Trend) -> None:
+    """What remounting adds to the variances of what the tests met, coordinate by coordinate."""
+    paths = trend.wandering_paths(HOURS[-1:] + 500.0, np.random.default_rng(5), 20)
+    met = trend.met.thinned(20, np.random.default_rng(5))
+    values = Hyperparameters.of(met.deviates, trend.wear_prior)
+    steps, scales = trend.given(values).steps, trend.wear_prior.scales
+    variances = [
+        np.diagonal(joint_gaussian(steps, scatter, scales)[1], axis1=1, axis2=2)[:, -8:]
+        for scatter in (values.scatter, 0.0 * values.scatter)
+    ]
+    np.testing.assert_allclose(paths.mounting**2, variances[0] - variances[1], rtol=1e-3)
+    assert np.ptp(paths.mounting, axis=1).min() > 0  # the teeth's threshold scatters by more
