@@ -96,8 +96,9 @@ def _numbers(value: object, name: str) -> FloatArray:
 
 
 def _require_support(values: Mapping[str, FloatArray], alpha: float) -> None:
-    # With an infinite stiffness there is a limit, a rigid part; with an infinite a there is none.
-    inside = in_support(values, alpha) & np.isfinite(values["a"])
+    # With an infinite stiffness there is a limit, a rigid part; with an infinite a, or an infinite
+    # T_T beside a = 0, there is none.
+    inside = in_support(values, alpha) & np.isfinite(values["a"]) & np.isfinite(values["T_T"])
     if inside.all():
         return
     first = int(np.argmin(inside))
@@ -106,7 +107,7 @@ def _require_support(values: Mapping[str, FloatArray], alpha: float) -> None:
         found=f"parameter values outside the model's support{of_draw}: "
         + ", ".join(f"{name}={float(values[name].flat[first])!r}" for name in NAMES),
         where="argument parameters",
-        expected="stiffnesses > 0, a, T_T, T_i >= 0, a finite, c < 0, 0 < mu < min(tan alpha, "
-        "cot alpha) and sin alpha + mu (cos alpha + c) > 0",
+        expected="stiffnesses > 0, a, T_T, T_i >= 0, a and T_T finite, c < 0, "
+        "0 < mu < min(tan alpha, cot alpha) and sin alpha + mu (cos alpha + c) > 0",
         advice="check signs and units",
     )

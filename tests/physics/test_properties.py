@@ -192,7 +192,8 @@ def test_transforms_invert() -> None:
         ({"K_F": -1.0}, "support"),
         ({"mu": 0.7}, "support"),
         ({"c": 0.5}, "support"),
-        ({"a": math.inf}, "a finite"),  # its angles were NaN
+        ({"a": math.inf}, "a and T_T finite"),  # its angles were NaN
+        ({"a": 0.0, "T_T": math.inf}, "a and T_T finite"),  # and so were these
     ],
 )
 def test_predict_refuses_what_is_outside_the_support(change: dict[str, float], word: str) -> None:
