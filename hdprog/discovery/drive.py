@@ -243,9 +243,12 @@ def _pooled_effect(
     others: tuple[str, ...] = ()
     gain = sum(effect.log_evidence_gain for effect, _ in carried)
     if name != UNKNOWN:
-        gain += max(sharing_effect([record.final for _, record in carried], name), 0.0)
-        steps = [choosing_step(record.steps, name) for _, record in carried]
-        others = indistinguishable([step for step in steps if step is not None], name)
+        found = (choosing_step(record.steps, name) for _, record in carried)
+        steps = [step for step in found if step is not None]
+        shared = sharing_effect([record.final for _, record in carried], name)
+        worth = np.mean([step.before.worth for step in steps] or [1.0])
+        gain += float(worth) * max(shared, 0.0)
+        others = indistinguishable(steps, name)
         named = {identifier for record in traced for identifier in record.final.ids}
         others = tuple(other for other in others if other not in named)
     return replace(

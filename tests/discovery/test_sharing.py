@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -12,8 +13,12 @@ import pytest
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
-from hdprog.discovery.model import Model
+from hdprog.discovery.drive import _pooled_effect
+from hdprog.discovery.explain import Closed
+from hdprog.discovery.forward_step import Step
+from hdprog.discovery.model import Model, gain_over
 from hdprog.discovery.pooling import THRESHOLD, pooled
+from hdprog.discovery.search import Traced
 from hdprog.discovery.sharing import (
     SCATTERS,
     Said,
@@ -21,6 +26,7 @@ from hdprog.discovery.sharing import (
     gain_together,
     sharing_effect,
 )
+from hdprog.explanation import FoundEffect
 from hdprog.inference.likelihood import COUNT
 from hdprog.physics.course import Scales
 from hdprog.physics.effects import BY_ID
@@ -173,3 +179,41 @@ def test_tests_that_cannot_show_an_effect_do_not_count() -> None:
     before = [cast(Model, SimpleNamespace(log_evidence=0.0, worth=1.0)) for _ in range(3)]
     shown = [model(2e-3, np.full(count, 0.5), np.full(count, 0.03), gain) for gain in (1.0, 2.0)]
     assert gain_together(NAME, before, [*shown, None]) == gain_together(NAME, before[:2], shown)
+
+
+@pytest.mark.parametrize("worth", [1.0, 0.3])
+def test_a_drive_s_effect_gains_what_the_search_saw_it_gain(worth: float) -> None:
+    """Also where an angle's wide steps make readings worth less: sharing counts for less, too."""
+    count = size_of(NAME)
+    before = [cast(Model, SimpleNamespace(log_evidence=0.0, worth=worth)) for _ in range(3)]
+    after = [
+        model(2e-3, np.full(count, mode), np.full(count, 0.03), gain)
+        for mode, gain in ((0.5, 8.0), (0.51, 12.0), (0.49, 9.0))
+    ]
+    wanted, common = gain_together(NAME, before, after)
+    assert common
+    assert wanted > worth * (8.0 + 12.0 + 9.0) + 1.0
+    found = FoundEffect(
+        id=NAME,
+        words="",
+        coordinate=None,
+        log_evidence_gain=0.0,
+        elpd_gain=0.0,
+        elpd_se=0.0,
+        share=0.5,
+        parameters={},
+        units={},
+        indistinguishable_from=(),
+        separating_test=None,
+        advice="",
+    )
+    traced, closed = [], []
+    for one, two in zip(before, after, strict=True):
+        effect = replace(found, log_evidence_gain=gain_over(one, two))
+        traced.append(SimpleNamespace(final=two, steps=(Step(one, {NAME: two}, {}),)))
+        closed.append(SimpleNamespace(explanation=SimpleNamespace(effects=(effect,))))
+    sizes, nothing = np.full((3, 4), 1e-5), [None] * 3
+    pooled_effect = _pooled_effect(
+        NAME, cast(Sequence[Traced], traced), cast(Sequence[Closed], closed), sizes, nothing
+    )
+    assert pooled_effect.log_evidence_gain == pytest.approx(wanted)
