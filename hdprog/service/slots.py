@@ -56,7 +56,7 @@ def taken_slot(places: Places) -> Iterator[tuple[str, Hold]]:
     A worker that starts again takes the place, and so the work, of the one that was killed.
     """
     host = re.sub(r"[^A-Za-z0-9-]", "-", socket.gethostname())[:40] or "worker"
-    for number in range(1, _MOST):
+    for number in range(1, _MOST + 1):
         name = f"{host}-{number}"
         with places.hold(name) as hold:
             if hold is not None:

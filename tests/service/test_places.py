@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import cast
 
 import pytest
 
-from hdprog.service.slots import DatabasePlaces, places_of, taken_slot
+from hdprog.service.slots import DatabasePlaces, Hold, places_of, taken_slot
 from hdprog.store.database import normalised
 from hdprog.store.store import Store
 from tests.service.places import is_free
@@ -54,3 +57,22 @@ def test_places_are_freed_by_death(store: Store) -> None:
         other.wait()
         other.stdout.close()
         wait_for(lambda: is_free(places, first))
+
+
+class Counted:
+    """Places of which the first so many are held by others."""
+
+    def __init__(self, held: int) -> None:
+        self.held, self.asked = held, 0
+
+    @contextmanager
+    def hold(self, name: str) -> Iterator[Hold | None]:
+        self.asked += 1
+        yield None if self.asked <= self.held else cast(Hold, name)
+
+
+def test_as_many_workers_stand_on_a_machine_as_are_said() -> None:
+    with taken_slot(Counted(511)) as (name, _):
+        assert name.endswith("-512")
+    with pytest.raises(RuntimeError, match="more than 512 workers"), taken_slot(Counted(512)):
+        pass
