@@ -63,7 +63,7 @@ def sample_folds(prepared: Prepared) -> NDArray[np.intp]:
 def _hangs_on_start(prepared: Prepared) -> NDArray[np.bool_]:
     """(samples,) whether the drive's slip before the first reading moves a reading.
 
-    None where it moves most of them, of a record that stays inside the play.
+    No reading does where it moves most of them, of a record that stays inside the play.
     """
     ends = np.tile(prepared.starts[0].point, (2, 1))
     ends[:, COUNT] = -_EITHER_END, _EITHER_END

@@ -229,7 +229,7 @@ class TestResult:
     outlier_fraction: float
     residual_correlation: float  # lag-1 correlation of the residual of neighbouring blocks
     noise_model: str  # white or the named model of correlated noise, in words
-    diagnostics: Mapping[str, float]  # ensembles, walkers, steps, burn_in, tau, acceptance, seconds
+    diagnostics: Mapping[str, float]  # numbers of the sampling, and its seconds
     warnings: tuple[str, ...]
     figures_with_effects: Mapping[str, Mapping[float, float]] = field(default_factory=dict)
     """Width, loss and lost motion with lasting effects in them; empty where there are none."""

@@ -37,7 +37,7 @@ def simulate_ahead(
     ----------
     steps : of every draw
     rng : source of randomness
-    start : state (draws, n) and carried (draws, n + 2) just before `first`
+    start : state (draws, n) and carried (draws, k), see `kalman_filter`, just before `first`
     first : first time to draw
     ahead : spread of W over that of the departure in the past, and its drift
 
