@@ -284,6 +284,17 @@ def test_tables_and_pictures_of_one_test_ask_for_what_the_verdict_does(
     assert course.action.startswith(asked)
 
 
+def test_the_trend_of_another_limit_does_not_put_off_what_is_due() -> None:
+    result = drives.wearing(drives.LOST_MOTION, drives.SECANT)
+    with house_style():
+        before = [course.action for _, course in trend_pictures(result)]
+        lost, secant, first = result.forecasts
+        due = replace(first, inspect_before_hours=first.now_hours)
+        after = trend_pictures(replace(result, forecasts=(lost, secant, due)))
+    assert all(action.startswith("test again before") for action in before)
+    assert [course.action[:12] for _, course in after] == ["inspect now;"] * 2
+
+
 def test_a_limit_on_the_side_that_wear_leaves_is_asked_about() -> None:
     """It was told as nothing to plan, however worn the drive."""
     left = replace(drives.SECANT, direction="above", threshold=60_000.0)  # it falls with wear

@@ -28,7 +28,8 @@ def life_picture(result: DriveResult) -> Picture | None:
 
 def trend_pictures(result: DriveResult) -> list[tuple[Limit, Picture]]:
     """The course of each figure that has a limit, and that limit."""
-    if result.trend is None:
+    main = outlook.overall(result.forecasts)
+    if result.trend is None or main is None:
         return []
     return [
         (
@@ -39,6 +40,7 @@ def trend_pictures(result: DriveResult) -> list[tuple[Limit, Picture]]:
                 result.tests,
                 doubtful=not result.converged,
                 dated=outlook.dated(result),
+                due=main.already_crossed or outlook.inspect_now(result, main),
             ),
         )
         for forecast in result.forecasts

@@ -47,6 +47,7 @@ def trend_fan(
     *,
     doubtful: bool,
     dated: bool = True,
+    due: bool = False,
 ) -> Picture:
     """Fan of a figure of merit over service hours with its limit and crossing interval.
 
@@ -57,6 +58,7 @@ def trend_fan(
     tests : for the events between them (regreased, reassembled, replaced)
     doubtful : the trend or a fit that it goes along did not converge
     dated : as in `remaining_life`
+    due : the drive is to be inspected now, be it for another limit
     """
     limit = forecast.limit
     if limit is None:
@@ -92,7 +94,7 @@ def trend_fan(
         " the limit.",
         bad=f"the fan {worse} into the limit, or points lie outside it one after the other: wear"
         " has then changed its pace and the forecast is late in seeing it.",
-        action=_action(forecast, dated=dated),
+        action=_action(forecast, dated=dated, due=due),
         data=trend_numbers(trend, forecast),
         doubtful=doubtful,
     )
@@ -115,8 +117,8 @@ def _crossing_shown(forecast: Forecast) -> str:
     return f"{said}; the bar {bar}{middle}."
 
 
-def _action(forecast: Forecast, *, dated: bool) -> str:
-    when = outlook.inspection(forecast, dated=dated)
+def _action(forecast: Forecast, *, dated: bool, due: bool) -> str:
+    when = "now" if due else outlook.inspection(forecast, dated=dated)
     if not dated and when != "now":
         return "test again: only with a second test do points tell of a course."
     asked = {"now": "inspect now; ", "by a date": "test again before the inspection hour; "}
