@@ -38,14 +38,14 @@ def revoke(name: Name, data: Data = None, database: DatabaseUrl = None) -> None:
     from hdprog.store.audit import COMMAND_LINE
     from hdprog.store.store import open_store
 
-    with open_store(store_folder(data), database) as store, store.writing() as session:
-        found = [
-            one for one in accounts.tokens(session) if one.name == name and one.revoked_at is None
-        ]
-        if not found:
-            raise UsageError(f"NAME: found no token {name!r}; see `hdprog token list`")
-        for one in found:
-            accounts.revoke_token(session, COMMAND_LINE, one)
+    with open_store(store_folder(data), database) as store:
+        with store.writing() as session:
+            known = [one for one in accounts.tokens(session) if one.name == name]
+            found = [one for one in known if one.revoked_at is None]
+            if not found:
+                raise UsageError(f"NAME: found no token {name!r}; see `hdprog token list`")
+            for one in found:
+                accounts.revoke_token(session, COMMAND_LINE, one)
         typer.echo(f"Tokens revoked: {len(found)}")
 
 

@@ -36,7 +36,7 @@ def add(
             made = accounts.add_user(
                 session, COMMAND_LINE, name, password, "admin" if first else wanted
             )
-            typer.echo(f"Account {made.name}, role {made.role}")
+        typer.echo(f"Account {made.name}, role {made.role}")
 
 
 @user.command("password")
@@ -54,7 +54,7 @@ def password(name: Name, data: Data = None, database: DatabaseUrl = None) -> Non
             if found is None:
                 raise UsageError(f"NAME: found no account {name!r}; see `hdprog user list`")
             accounts.set_password(session, COMMAND_LINE, found, new)
-            typer.echo(f"Password of {found.name} changed")
+        typer.echo(f"Password of {found.name} changed")
 
 
 @user.command("list")
