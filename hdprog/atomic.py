@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from hdprog.errors import NO_ROOM
+from hdprog.errors import no_room
 
 _ENDING = len("01234567.part")
 _YOUNG = 60.0  # s: one that was made just now may not be held yet
@@ -42,7 +42,7 @@ def can_write_into(folder: Path) -> bool:
     try:
         aside.mkdir()
     except OSError as error:
-        if error.errno in NO_ROOM:
+        if no_room(error):
             raise
         return False
     aside.rmdir()

@@ -9,10 +9,12 @@ from __future__ import annotations
 import errno
 import os
 
-__all__ = ["NO_ROOM", "BadInputError", "HdprogError", "UsageError", "shown_argument"]
+__all__ = ["BadInputError", "HdprogError", "UsageError", "no_room", "shown_argument"]
 
-NO_ROOM = frozenset({errno.EDQUOT, errno.EFBIG, errno.ENOSPC})
-"""Numbers of what the system raises where a disk or a quota is full: no mistake of the program."""
+_NO_ROOM = frozenset({errno.EDQUOT, errno.EFBIG, errno.ENOSPC})
+# SQLITE_FULL, and SQLITE_IOERR_SHMSIZE, where the file that connections share finds no room.
+_SQLITE_FULL = frozenset({13, 4874})
+_POSTGRES_FULL = "53100"  # disk_full, among the error codes of its manual
 
 
 class HdprogError(Exception):
@@ -60,6 +62,26 @@ class BadInputError(HdprogError):
         advice = self.advice[:1].upper() + self.advice[1:]
         end = "" if advice.endswith((".", "?", "!")) else "."
         return f"{self.where}: found {self.found}; expected {self.expected}. {advice}{end}"
+
+
+def no_room(error: BaseException) -> str | None:
+    """Say that a disk or a quota is full, which is no mistake of the program.
+
+    Parameters
+    ----------
+    error : of the system, of a database, or of SQLAlchemy, which keeps a database's in ``orig``
+
+    Returns
+    -------
+    str or None
+        The words of the system or the database; None where an error is another one.
+    """
+    if isinstance(error, OSError):
+        return os.strerror(error.errno) if error.errno in _NO_ROOM else None
+    told = getattr(error, "orig", error)
+    full = getattr(told, "sqlite_errorcode", None) in _SQLITE_FULL
+    full = full or getattr(told, "sqlstate", None) == _POSTGRES_FULL
+    return str(told).strip() if full else None
 
 
 def shown_argument(given: object) -> str:

@@ -24,7 +24,7 @@ from hdprog.cluster import dask_client
 from hdprog.config import Drive
 from hdprog.data.drive_folder import read_drive_folder
 from hdprog.drive_folders import drive_folders
-from hdprog.errors import NO_ROOM, BadInputError, HdprogError
+from hdprog.errors import BadInputError, HdprogError, no_room
 from hdprog.outcome import RUN_KEY, results_in
 from hdprog.packed import packed, unpack, unpacked
 from hdprog.parallel import process_executor
@@ -373,7 +373,7 @@ def _words(error: HdprogError | OSError) -> str:
     if not isinstance(error, OSError) or error.errno is None:
         return str(error)
     words = os.strerror(error.errno)
-    if error.errno in NO_ROOM:
+    if no_room(error):
         return f"{_NO_ROOM} ({words}). Free space or raise the limit, and run the fleet again."
     place = f"{error.filename}: " if error.filename else ""
     return f"{place}{words}. Correct that, and run the fleet again."

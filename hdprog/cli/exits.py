@@ -17,7 +17,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from hdprog.errors import NO_ROOM, HdprogError
+from hdprog.errors import HdprogError, no_room
 
 
 class ExitCode(IntEnum):
@@ -110,18 +110,27 @@ def explain_error(error: Exception) -> tuple[ExitCode, str]:
             "readable, and be writable where hdprog writes; give another path, or change its "
             "permissions or free space."
         )
-    if isinstance(error, OSError) and error.errno in NO_ROOM:  # a write does not name its file
-        return ExitCode.BAD_INPUT, (
-            f"Error: {os.strerror(error.errno)}: found no room for what was to be written; "
-            "expected room for the results where --out points, or where standard output goes. "
-            "Nothing half-written was left behind. Free space or raise the limit, or give another "
-            "folder with --out DIR, and run the command again."
-        )
+    if (full := no_room(error)) is not None:
+        return ExitCode.BAD_INPUT, f"Error: {full}: {_words_of_full(error)}"
     return ExitCode.BUG, (
         f"hdprog stopped through a mistake of its own, not of your data: "
         f"{type(error).__name__}: {error} ({_place(error)}).\n"
         "Please report it: this message, the command, the output of `hdprog --version`, and what "
         "the same command prints with the environment variable HDPROG_DEBUG=1."
+    )
+
+
+def _words_of_full(error: Exception) -> str:
+    if not isinstance(error, OSError):
+        return (
+            "found no room in the store's database; expected room in the data folder, or where the "
+            "database's server keeps its files. Nothing was changed. Free space or raise the "
+            "limit, and run the command again."
+        )
+    return (  # a write does not name its file
+        "found no room for what was to be written; expected room for the results where --out "
+        "points, or where standard output goes. Nothing half-written was left behind. Free space "
+        "or raise the limit, or give another folder with --out DIR, and run the command again."
     )
 
 

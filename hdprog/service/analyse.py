@@ -5,7 +5,6 @@ Run by a worker as ``python -m hdprog.service.analyse``; see `hdprog.service.job
 
 from __future__ import annotations
 
-import os
 import shutil
 import sys
 import tempfile
@@ -21,7 +20,7 @@ from typing import Any
 
 from sqlalchemy.exc import OperationalError
 
-from hdprog.errors import NO_ROOM, HdprogError
+from hdprog.errors import HdprogError, no_room
 from hdprog.reporting.fleet_words import fleet_entry
 from hdprog.service.drive_run import Order, run_here
 from hdprog.service.job_process import take_order
@@ -185,9 +184,9 @@ def main() -> int:
 
 def _words(error: Exception) -> str:
     """Say what went wrong where no words were made for it."""
-    if isinstance(error, OSError) and error.errno in NO_ROOM:
+    if (full := no_room(error)) is not None:
         return (
-            f"{os.strerror(error.errno)}: found no room for the results; expected room in the data "
+            f"{full}: found no room for the results; expected room in the data "
             "folder and where temporary files go. Free space on the worker's disk, then start the "
             "job again. The upload itself is safe."
         )

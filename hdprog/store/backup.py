@@ -16,7 +16,7 @@ from pathlib import Path
 from sqlalchemy import make_url
 
 from hdprog.atomic import atomic_directory
-from hdprog.errors import NO_ROOM, BadInputError, UsageError
+from hdprog.errors import BadInputError, UsageError, no_room
 from hdprog.store.database import sqlite_file
 from hdprog.store.identity import MARK
 from hdprog.store.store import Store
@@ -109,24 +109,19 @@ def restore(archive: Path, data: Path, url: str | None) -> None:
 
 @contextmanager
 def _room_for(what: str, where: str, otherwise: str) -> Iterator[None]:
-    """Say in words that a disk or a quota is full; SQLite has words of its own for it."""
+    """Say in words that a disk or a quota is full."""
     try:
         yield
     except (OSError, sqlite3.OperationalError) as error:
-        full = error.errno in NO_ROOM if isinstance(error, OSError) else _is_full(error)
-        if not full:
+        words = no_room(error)
+        if words is None:
             raise
-        words = os.strerror(error.errno or 0) if isinstance(error, OSError) else str(error)
         raise BadInputError(
             f"no room for {what} ({words})",
             where,
             "room for all records and results of the backup",
             f"Free space or raise the limit, or give {otherwise}.",
         ) from error
-
-
-def _is_full(error: sqlite3.OperationalError) -> bool:
-    return error.sqlite_errorcode == sqlite3.SQLITE_FULL
 
 
 def _extract(archive: Path, folder: Path, data: Path) -> None:

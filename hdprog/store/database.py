@@ -195,13 +195,13 @@ def _alembic(connection: Connection | None) -> Config:
     return config
 
 
-def reachable(database: Database) -> str | None:
-    """Say in words why the database does not answer; None where it does."""
+def trouble_with(database: Database) -> SQLAlchemyError | None:
+    """Give the error for which the database does not answer; None where it does."""
     try:
         with database.engine.connect() as connection:
             connection.exec_driver_sql("SELECT 1")
     except SQLAlchemyError as error:
-        return str(getattr(error, "orig", error))
+        return error
     return None
 
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from hdprog.errors import UsageError
-from hdprog.store.database import Database, is_known, newest_revision, reachable
+from hdprog.errors import UsageError, no_room
+from hdprog.store.database import Database, is_known, newest_revision, trouble_with
 from hdprog.store.files import Files
 from hdprog.store.identity import begin_store, refuse_another_store
 
@@ -35,10 +35,13 @@ class Store:
             for a database that does not answer, that a newer version of the program or another
             program has made, or whose records lie in another folder
         """
-        trouble = reachable(self.database)
+        trouble = trouble_with(self.database)
+        if trouble is not None and no_room(trouble):
+            raise trouble
         if trouble is not None:
+            words = getattr(trouble, "orig", trouble)
             raise UsageError(
-                f"--database: found no answer ({trouble}), expected a database that takes "
+                f"--database: found no answer ({words}), expected a database that takes "
                 "connections. Start it, or correct the address."
             )
         made = self.database.has_tables()  # before the revision, which comes with them

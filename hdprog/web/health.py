@@ -7,7 +7,7 @@ from pydantic import BaseModel
 
 from hdprog import __version__
 from hdprog.store import jobs, workers
-from hdprog.store.database import reachable
+from hdprog.store.database import trouble_with
 from hdprog.web.service import service_of
 
 router = APIRouter(tags=["health"])
@@ -28,7 +28,7 @@ class Health(BaseModel):
 def health(request: Request, response: Response) -> Health:
     """Say whether the database answers and the disk has room, and how many workers live."""
     service = service_of(request)
-    well = reachable(service.store.database) is None
+    well = trouble_with(service.store.database) is None
     room = service.has_room()
     count, at_work = None, None
     if well:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 from collections.abc import Mapping
 from typing import Any
 from urllib.parse import quote
@@ -14,7 +13,7 @@ from sqlalchemy.exc import DataError, OperationalError
 from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse, RedirectResponse, Response
 
-from hdprog.errors import NO_ROOM, BadInputError
+from hdprog.errors import BadInputError, no_room
 from hdprog.store.drives import DriveExistsError
 from hdprog.web.lookup import UnknownError
 from hdprog.web.rendering import render
@@ -210,6 +209,8 @@ def _no_room(request: Request, error: Exception) -> Response:
 
 def _no_answer(request: Request, error: Exception) -> Response:
     assert isinstance(error, OperationalError)
+    if no_room(error):
+        return _of_the_machine(request, error)
     log.error("the database does not answer: %s", error.orig)
     return refuse(
         request,
@@ -221,13 +222,14 @@ def _no_answer(request: Request, error: Exception) -> Response:
 
 
 def _of_the_machine(request: Request, error: Exception) -> Response:
-    if not isinstance(error, OSError) or error.errno not in NO_ROOM:
+    full = no_room(error)
+    if full is None:
         raise error
     log.error("no room on the disk: %s", error)
     return refuse(
         request,
         507,
-        f"disk: found no room where records are kept ({os.strerror(error.errno)}); expected some. "
+        f"disk: found no room where records are kept ({full}); expected some. "
         "Whoever runs the server must make room. What was taken in before is kept; send the rest "
         "again.",
     )
