@@ -52,7 +52,12 @@ def create_app(settings: WebSettings) -> FastAPI:
     app.mount("/static", StaticFiles(directory=str(static)), name="static")
     refusals.install(app)
     app.add_middleware(HeadAsGet)
-    app.add_middleware(BodyLimit, most=settings.max_bytes, refuse=refusals.refuse)
+    app.add_middleware(
+        BodyLimit,
+        most=settings.max_bytes,
+        refuse=refusals.refuse,
+        stranger=refusals.answer_to_stranger,
+    )
     if settings.hosts:
         # Without a login a page elsewhere must not reach this one under a name of its own.
         app.add_middleware(KnownHost, names=settings.hosts, refuse=refusals.refuse)

@@ -23,6 +23,7 @@ from hdprog.web.security.identity import (
     LoginNeededError,
     NotAllowedError,
     TokenNeededError,
+    require_known,
 )
 from hdprog.web.service import NoRoomError, UnreadableError
 
@@ -61,6 +62,19 @@ def refuse(
         {"title": title or _TITLES.get(code, "That did not work"), "problems": problems},
         code,
     )
+
+
+def answer_to_stranger(request: Request) -> Response | None:
+    """Answer a request of nobody who is known; None where somebody is."""
+    try:
+        require_known(request)
+    except TokenNeededError as error:
+        return _token(request, error)
+    except LoginNeededError as error:
+        return _login(request, error)
+    except OperationalError as error:
+        return _no_answer(request, error)
+    return None
 
 
 _TITLES = {

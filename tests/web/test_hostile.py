@@ -9,11 +9,14 @@ import re
 from pathlib import Path
 
 import pytest
+from starlette.datastructures import UploadFile
 from starlette.requests import Request
-from starlette.responses import PlainTextResponse
+from starlette.responses import PlainTextResponse, Response
 from starlette.testclient import TestClient
 from starlette.types import Message, Receive, Scope, Send
 
+from hdprog.service.web_settings import WebSettings
+from hdprog.web.app import create_app
 from hdprog.web.security.body_limit import BodyLimit
 from tests.web.conftest import ClientOf, service_in
 from tests.web.server import csrf_of, text_of
@@ -96,6 +99,10 @@ def test_more_than_the_limit_is_refused_by_what_it_claims(api: TestClient) -> No
     assert "--max-upload-mb" in answer.json()["detail"]
 
 
+def plain(_: Request, status: int, words: str) -> PlainTextResponse:
+    return PlainTextResponse(words, status)
+
+
 @pytest.mark.parametrize("kind", ["application/json", "text/plain", ""])
 def test_a_large_body_that_is_no_form_is_not_taken_apart(kind: str) -> None:
     """JSON is parsed in memory before anybody is asked who they are."""
@@ -113,9 +120,7 @@ def test_a_large_body_that_is_no_form_is_not_taken_apart(kind: str) -> None:
     async def parse(scope: Scope, receive: Receive, send: Send) -> None:
         await PlainTextResponse(str(await Request(scope, receive).json()))(scope, receive, send)
 
-    limited = BodyLimit(
-        parse, 64_000_000, lambda _, status, words: PlainTextResponse(words, status)
-    )
+    limited = BodyLimit(parse, 64_000_000, plain, stranger=lambda _: None)
     headers = [(b"content-type", kind.encode())] if kind else []
     scope = {"type": "http", "method": "POST", "path": "/", "headers": headers}
     asyncio.run(limited(scope, receive, send_on))
@@ -132,13 +137,107 @@ def test_a_claim_that_is_no_number_is_refused() -> None:
     async def send_on(message: Message) -> None:
         answers.append(message)
 
-    limited = BodyLimit(
-        PlainTextResponse("in"), 1000, lambda _, status, words: PlainTextResponse(words, status)
-    )
+    limited = BodyLimit(PlainTextResponse("in"), 1000, plain, stranger=lambda _: None)
     claim = [(b"content-length", b"\xb2")]  # a raised two
     scope = {"type": "http", "method": "POST", "path": "/", "headers": claim}
     asyncio.run(limited(scope, receive, send_on))
     assert answers[0]["status"] == 413
+
+
+class Stream:
+    """A request that streams a record of 800 kB into an application."""
+
+    def __init__(self, path: str, **headers: str) -> None:
+        head = b'--x\r\nContent-Disposition: form-data; name="file"; filename="a.csv"\r\n\r\n'
+        self.sent = [head, *[b"1" * 40_000] * 20, b"\r\n--x--\r\n"]
+        self.left, self.answer = list(self.sent), Response(status_code=0)
+        given = {"content-type": "multipart/form-data; boundary=x", "host": "testserver", **headers}
+        self.scope: Scope = {
+            **{"type": "http", "method": "POST", "path": path, "query_string": b""},
+            **{"scheme": "http", "server": ("testserver", 80), "client": ("10.9.8.1", 1)},
+            "headers": [(name.encode(), text.encode()) for name, text in given.items()],
+        }
+
+    @property
+    def size(self) -> int:
+        return sum(len(part) for part in self.sent)
+
+    @property
+    def taken(self) -> int:
+        return self.size - sum(len(part) for part in self.left)
+
+    async def receive(self) -> Message:
+        part = self.left.pop(0)
+        return {"type": "http.request", "body": part, "more_body": bool(self.left)}
+
+    async def send(self, message: Message) -> None:
+        if message["type"] == "http.response.start":
+            self.answer.status_code, self.answer.raw_headers = message["status"], message["headers"]
+
+    def put_to(self, client: TestClient) -> Response:
+        asyncio.run(client.app(self.scope, self.receive, self.send))
+        return self.answer
+
+
+@pytest.mark.parametrize(
+    ("path", "headers", "status"),
+    [
+        ("/api/v1/drives/x/tests", {}, 401),
+        ("/api/v1/drives/x/tests", {"authorization": "Bearer hdp_made-up"}, 401),
+        ("/api/v1/drives/x/tests", {"cookie": "hdprog_session=made-up"}, 401),
+        ("/drives/x/uploads", {}, 303),
+        ("/drives/x/uploads", {"cookie": "hdprog_session=made-up"}, 303),
+        ("/login", {}, 303),
+    ],
+)
+def test_what_nobody_known_sends_is_not_put_down(
+    app_client: TestClient,
+    monkeypatch: pytest.MonkeyPatch,
+    path: str,
+    headers: dict[str, str],
+    status: int,
+) -> None:
+    """Forms went to the disk before it was asked who sends them: a few requests filled it."""
+    written: list[bytes] = []
+
+    async def write(_file: UploadFile, data: bytes) -> None:
+        written.append(data)
+
+    monkeypatch.setattr(UploadFile, "write", write)
+    stream = Stream(path, **headers)
+    assert stream.put_to(app_client).status_code == status
+    assert stream.taken < 150_000
+    assert sum(map(len, written)) < 65_536
+    # A browser that still sends looks at no answer: what it said it would send is thrown away.
+    stream = Stream(path, **headers, **{"content-length": str(stream.size)})
+    answer = stream.put_to(app_client)
+    assert answer.status_code == status
+    assert answer.headers["connection"] == "close"
+    assert stream.left == []
+    assert sum(map(len, written)) < 2 * 65_536
+
+
+def test_what_somebody_known_sends_is_taken_in(api: TestClient, person: ClientOf) -> None:
+    for path, client in (
+        ("/api/v1/drives/hostile/tests", api),
+        ("/drives/hostile/uploads", person("engineer")),
+    ):
+        known = {
+            "authorization": client.headers.get("authorization", ""),
+            "cookie": f"hdprog_session={client.cookies.get('hdprog_session')}",
+        }
+        stream = Stream(path, **known)
+        assert stream.put_to(client).status_code in (422, 403)  # no hours; no token of a form
+        assert stream.left == []
+
+
+def test_without_a_login_everybody_is_known(tmp_path: Path) -> None:
+    settings = WebSettings(tmp_path, login=False, max_upload_mb=1.0, hosts=("testserver",))
+    with TestClient(create_app(settings), base_url="http://testserver") as client:
+        stream = Stream("/drives/x/uploads")
+        assert stream.put_to(client).status_code == 403  # no token of a form
+        assert stream.left == []
+        assert Stream("/api/v1/drives/x/tests").put_to(client).status_code == 401
 
 
 def test_a_bomb_within_the_limit(api: TestClient) -> None:

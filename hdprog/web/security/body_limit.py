@@ -1,15 +1,17 @@
-"""A limit on what a request brings, kept while it streams in."""
+"""A limit on what a request brings, kept while it streams in: a small one for who is not known."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
+from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import Headers
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 Refuse = Callable[[Request, int, str], Response]
+Stranger = Callable[[Request], Response | None]
 _HEARD_OUT = 4
 """A body of up to so many times the limit is thrown away to its end before it is refused: a browser
 that still sends does not look at an answer."""
@@ -19,8 +21,13 @@ _MOST_BESIDE = 1_000_000
 """Bytes of a body that is no form: JSON is taken apart in memory, before it is known who asks."""
 
 
-class _TooLargeError(Exception):
-    """The body went over the limit."""
+_MOST_OF_STRANGERS = 65_536
+"""Bytes that are taken in before it is asked who sends them: a form is put down on the disk as it
+streams in, before what lies behind looks at who asks. A login is far smaller."""
+
+
+class _RefusedError(Exception):
+    """No more of the body is taken in."""
 
 
 class BodyLimit:
@@ -31,10 +38,11 @@ class BodyLimit:
     app : what lies behind
     most : bytes of a form; of anything else at most a megabyte
     refuse : makes the answer of a request, a status and words
+    stranger : makes the answer to who is not known, None for others; it may wait for the database
     """
 
-    def __init__(self, app: ASGIApp, most: int, refuse: Refuse) -> None:
-        self.app, self.most, self.refuse = app, most, refuse
+    def __init__(self, app: ASGIApp, most: int, refuse: Refuse, stranger: Stranger) -> None:
+        self.app, self.most, self.refuse, self.stranger = app, most, refuse, stranger
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, counting."""
@@ -48,37 +56,42 @@ class BodyLimit:
         if not claimed.isdecimal() or int(claimed) > most:
             if claimed.isdecimal() and int(claimed) <= _HEARD_OUT * most:
                 await _hear_out(receive)
-            await self._refuse(scope, receive, send, most, form)
+            await _close(self._too_large(scope, most, form), scope, receive, send)
             return
-        seen, begun, over = 0, False, False
+        seen, ended, begun = 0, False, False
+        refusal: Response | None = None
 
         async def counted() -> Message:
-            nonlocal seen, over
+            nonlocal seen, ended, refusal
             message = await receive()
+            before, ended = seen, not message.get("more_body", False)
             seen += len(message.get("body", b""))
             if seen > most:
-                over = True
-                raise _TooLargeError
+                refusal = self._too_large(scope, most, form)
+            elif before <= _MOST_OF_STRANGERS < seen:
+                refusal = await run_in_threadpool(self.stranger, Request(scope))
+            if refusal is not None:
+                raise _RefusedError
             return message
 
         async def passed(message: Message) -> None:
             nonlocal begun
-            if over and not begun:
+            if refusal is not None and not begun:
                 return  # what lies behind took the end of the stream for a mistake in it
             begun = True
             await send(message)
 
         try:
             await self.app(scope, counted, passed)
-        except _TooLargeError:
+        except _RefusedError:
             if begun:
                 raise
-        if over and not begun:
-            await self._refuse(scope, receive, send, most, form)
+        if refusal is not None and not begun:
+            if int(claimed) and not ended:
+                await _hear_out(receive)
+            await _close(refusal, scope, receive, send)
 
-    async def _refuse(
-        self, scope: Scope, receive: Receive, send: Send, most: int, form: bool
-    ) -> None:
+    def _too_large(self, scope: Scope, most: int, form: bool) -> Response:
         advice = "Send records as multipart/form-data."
         if form:
             advice = (
@@ -86,9 +99,13 @@ class BodyLimit:
                 "runs the server can raise --max-upload-mb."
             )
         words = f"request: found more than {most / 1e6:g} MB; expected at most that. {advice}"
-        answer = self.refuse(Request(scope), 413, words)
-        answer.headers["connection"] = "close"
-        await answer(scope, receive, send)
+        return self.refuse(Request(scope), 413, words)
+
+
+async def _close(answer: Response, scope: Scope, receive: Receive, send: Send) -> None:
+    """Answer, and take nothing more from that connection."""
+    answer.headers["connection"] = "close"
+    await answer(scope, receive, send)
 
 
 async def _hear_out(receive: Receive) -> None:

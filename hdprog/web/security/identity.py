@@ -10,6 +10,7 @@ from typing import Annotated
 
 from fastapi import Depends, Form, Request, Security
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
+from fastapi.security.utils import get_authorization_scheme_param
 from starlette.responses import Response
 
 from hdprog.store.accounts import ROLES, Role, find_token
@@ -186,6 +187,22 @@ def _program(
     if stale:
         service.note_token_used(number)
     return found
+
+
+def require_known(request: Request) -> None:
+    """Ask who sends a request before any of its body is looked at.
+
+    Raises
+    ------
+    TokenNeededError, LoginNeededError
+        as its page or its part of the API would, where nobody does who is known
+    """
+    if not request.url.path.startswith("/api/"):
+        _person(request)
+        return
+    scheme, text = get_authorization_scheme_param(request.headers.get("authorization"))
+    given = HTTPAuthorizationCredentials(scheme=scheme, credentials=text)
+    _program(request, given if scheme.lower() == "bearer" else None)
 
 
 def reading_program(identity: Annotated[Identity, Depends(_program)]) -> Identity:
