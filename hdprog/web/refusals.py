@@ -163,6 +163,9 @@ def _unkept(request: Request, error: Exception) -> Response:
 
 def _http(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
+    cause = error.__cause__
+    if isinstance(cause, OSError) and no_room(cause):  # as a form was put down, before it is used
+        return _of_the_machine(request, cause)
     found, to_do = "nothing to do", ""
     if error.status_code == 404:
         found = "nothing at this address"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import gzip
 import io
 import re
@@ -238,6 +239,22 @@ def test_without_a_login_everybody_is_known(tmp_path: Path) -> None:
         assert stream.put_to(client).status_code == 403  # no token of a form
         assert stream.left == []
         assert Stream("/api/v1/drives/x/tests").put_to(client).status_code == 401
+
+
+@pytest.mark.parametrize("at", ["/api/v1/drives/hostile/tests", "/drives/hostile/uploads"])
+def test_a_disk_that_fills_as_an_upload_streams_in_is_told(
+    api: TestClient, person: ClientOf, monkeypatch: pytest.MonkeyPatch, at: str
+) -> None:
+    """It was told to be a request in the wrong form, to be corrected and sent again."""
+
+    async def write(_file: UploadFile, _data: bytes) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(UploadFile, "write", write)
+    client = api if at.startswith("/api") else person("engineer")
+    answer = client.post(at, files={"file": ("a.csv", b"1,2\n")})
+    assert answer.status_code == 507
+    assert "make room" in text_of(answer.text)
 
 
 def test_a_bomb_within_the_limit(api: TestClient) -> None:
