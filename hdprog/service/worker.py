@@ -155,8 +155,10 @@ def _run_next(store: Store, settings: WorkerSettings, entry: str, stop: threadin
             job = jobs.next_job(session, entry)
             if job is None:
                 return "none open"  # cancelled, or done together with an earlier one
+            began = job.started_at
             number = jobs.start(session, job)
             if job.lost >= jobs.MOST_LOST:
+                job.started_at = began  # no try begins now: what was asked for since has its own
                 jobs.fail(session, job, number, _LOST)
                 return "failed"
             return job.id, number

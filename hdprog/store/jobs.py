@@ -139,21 +139,47 @@ def finish(session: Session, job: JobRow, attempt: int, analysis: str | None) ->
 
 
 def fail(session: Session, job: JobRow, attempt: int, error: str) -> None:
-    """Note why an attempt failed."""
-    if job.state == "running" and job.attempt == attempt:
-        job.state, job.stage, job.error = "failed", "failed", error
-        job.finished_at = now()
+    """Note why an attempt failed, of the jobs that it was to do the work of, too."""
+    if job.state != "running" or job.attempt != attempt:
+        return
+    for one in _covered(session, job):
+        one.state, one.stage, one.finished_at = "failed", "failed", now()
+        one.error = f"Failed together with job {job.id}, which was to do the work of both: {error}"
+    job.state, job.stage, job.error = "failed", "failed", error
+    job.finished_at = now()
 
 
 def cancel(session: Session, actor: Actor, job: JobRow) -> bool:
-    """Call a job off; tells whether it was still open."""
+    """Call a job off, and those that it was to do the work of; tells whether it was still open."""
     if job.state not in OPEN:
         return False
+    for one in _covered(session, job):
+        words = f" together with job {job.id}, which was to do the work of both"
+        _call_off(session, actor, one, words)
+    _call_off(session, actor, job)
+    return True
+
+
+def _call_off(session: Session, actor: Actor, job: JobRow, together: str = "") -> None:
     job.state, job.stage, job.cancelled = "failed", "cancelled", True
-    job.error = f"Cancelled by {actor.name}. Start it again from the job's page."
+    job.error = f"Cancelled by {actor.name}{together}. Start it again from the job's page."
     job.finished_at = now()
     note(session, actor, "job cancelled", job.drive.name, job=job.id)
-    return True
+
+
+def _covered(session: Session, job: JobRow) -> Sequence[JobRow]:
+    """Give the jobs that wait whose work one under way was to do: those of before it began.
+
+    Each of them would make the same analysis again, to be called off or to fail as this one.
+    """
+    if job.started_at is None:
+        return []
+    asked = select(JobRow).where(
+        JobRow.drive_id == job.drive_id,
+        JobRow.state == "queued",
+        JobRow.created_at <= job.started_at,
+    )
+    return session.scalars(asked.with_for_update(of=JobRow)).all()
 
 
 def waiting_beside(session: Session, job: JobRow) -> Sequence[str]:
