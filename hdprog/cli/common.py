@@ -78,12 +78,7 @@ def output_folder(
             f"--out: found a link at {folder} whose target is not there, expected a folder or "
             "nothing there. Give another folder with --out DIR."
         )
-    there = next(one for one in (folder, *folder.resolve().parents) if one.exists())
-    if not there.is_dir():
-        raise UsageError(
-            f"--out: found a file at {there}, expected a folder or nothing there. Give another "
-            "folder with --out DIR."
-        )
+    there = nearest_folder(folder)
     if not can_write_into(there):
         raise UsageError(
             f"--out: found the folder {there}, in which nothing can be written, expected one that "
@@ -92,6 +87,24 @@ def output_folder(
     if beside is not None:
         require_no_other_report(folder, beside, f"--out {folder}")
     return folder
+
+
+def nearest_folder(
+    folder: Path, option: str = "--out", advice: str = "Give another folder with --out DIR."
+) -> Path:
+    """Give a folder that is to be written into, or the first above it that is there.
+
+    Raises
+    ------
+    UsageError
+        When that is a file.
+    """
+    there = next(one for one in (folder, *folder.resolve().parents) if one.exists())
+    if not there.is_dir():
+        raise UsageError(
+            f"{option}: found a file at {there}, expected a folder or nothing there. {advice}"
+        )
+    return there
 
 
 def read_record(

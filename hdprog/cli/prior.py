@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from hdprog.cli.common import command_line, print_json
+from hdprog.cli.common import command_line, nearest_folder, print_json
 from hdprog.cli.options import AsJson, Seed
 from hdprog.errors import UsageError
 
@@ -79,6 +79,8 @@ def show(
             f"--out: found {out.name!r}, expected a name that ends in .png or .svg. Give the "
             "picture such a name."
         )
+    if out is not None:
+        nearest_folder(out.absolute().parent, advice="Give another name with --out.")
     if not 5 <= alpha_deg <= 60:  # as in drive.toml
         raise UsageError(
             f"--alpha-deg: found {alpha_deg:g}, expected an angle from 5 to 60 degrees. Teeth of "
@@ -225,6 +227,7 @@ def from_catalogue(
     if out is None:
         typer.echo(text, nl=False)
         return
+    nearest_folder(out.absolute().parent, advice="Give another name with --out.")
     if out.exists() and (not out.is_file() or out.read_text("utf-8", "replace") != text):
         raise UsageError(
             f"--out: found other content at {out}, expected a name that is free, as a prior edited "
@@ -239,6 +242,7 @@ def _write_all(out: Path | None) -> None:
     """Write the prior of every gear of the catalogue into a folder."""
     if out is None:
         raise UsageError("found --all without --out; expected a folder. Add --out DIR.")
+    nearest_folder(out)
     from hdprog.atomic import atomic_write_text
     from hdprog.inference.catalogue import gears
     from hdprog.inference.prior_text import gear_texts

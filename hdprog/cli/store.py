@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from hdprog.cli.common import nearest_folder
 from hdprog.cli.web_extra import Data, DatabaseUrl, data_folder, needs_web, store_folder
 from hdprog.errors import UsageError
 
@@ -54,6 +55,7 @@ def export(
 
     if out.exists():
         raise UsageError(f"--out: found something at {out}, expected a name that is free.")
+    nearest_folder(out)
     with open_store(store_folder(data), database) as opened, opened.reading() as session:
         drive = find_drive(session, name)
         if drive is None:
@@ -69,6 +71,7 @@ def backup(archive: Archive, data: Data = None, database: DatabaseUrl = None) ->
     from hdprog.store.backup import back_up
     from hdprog.store.store import open_store
 
+    nearest_folder(archive.absolute().parent, "ARCHIVE", "Give another name.")
     with open_store(store_folder(data), database) as opened:
         size = back_up(opened, archive)
     typer.echo(f"Backup: {archive} ({size / 1e6:.1f} MB)")

@@ -9,6 +9,7 @@ from typing import Annotated, ParamSpec, TypeVar
 
 import typer
 
+from hdprog.cli.common import nearest_folder
 from hdprog.errors import UsageError
 
 _P = ParamSpec("_P")
@@ -82,11 +83,7 @@ def data_folder(given: Path | None) -> Path:
     from hdprog.store.files import default_data_folder
 
     folder = default_data_folder() if given is None else given
-    if folder.exists() and not folder.is_dir():
-        raise UsageError(
-            f"--data: found a file at {folder}, expected a folder, or a name that is free. Give "
-            "another with --data DIR, or in HDPROG_DATA."
-        )
+    nearest_folder(folder, "--data", "Give another with --data DIR, or in HDPROG_DATA.")
     return folder
 
 

@@ -264,3 +264,29 @@ def test_a_folder_below_a_file_is_refused_before_the_work(
     assert shown.exit_code == 2
     assert "found a file at" in shown.stderr
     assert workflow.calls == []
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "store export axis --out F/x",
+        "store backup F/x.tgz",
+        "store restore kept.tgz --data F/x",
+        "token add rig --data F/x/y",
+        "prior show CSF-25-80 --out F/x.png",
+        "prior from-catalogue --all --out F",
+        "prior from-catalogue --series CSF --size 25 --ratio 80 --out F/x/y.toml",
+        "simulate --out F/x",
+    ],
+)
+def test_a_file_where_a_folder_of_the_output_should_be_is_wrong_usage(
+    invoke: Invoke, tmp_path: Path, command: str
+) -> None:
+    """Some ended with exit code 1, as mistakes of the program."""
+    (tmp_path / "F").write_text("kept", "utf-8")
+    shown = invoke(*command.split())
+    assert shown.exit_code == 2
+    assert f"found a file at {tmp_path / 'F'}, expected a folder" in shown.stderr.replace(
+        "at F,", f"at {tmp_path / 'F'},"
+    )
+    assert [path.name for path in tmp_path.iterdir()] == ["F"]
