@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import ipaddress
+import math
 import os
 import secrets
 import signal
@@ -34,7 +35,8 @@ def serve(
     ] = 1,
     dask: DaskAddress = None,
     max_upload_mb: Annotated[
-        float, typer.Option("--max-upload-mb", min=0.1, help="Most that a request may bring.")
+        float,
+        typer.Option("--max-upload-mb", help="Most that a request may bring, from 0.1 MB on."),
     ] = 64.0,
     no_login: Annotated[
         bool, typer.Option("--no-login", help="Pages without login, on a loopback address only.")
@@ -77,6 +79,13 @@ def serve(
             "or HDPROG_DATABASE in the environment), expected neither: its drives, its account and "
             "its settings would be among your own. Leave one of the two out."
         )
+    if not 0.1 <= max_upload_mb < math.inf:  # NaN, too
+        raise UsageError(
+            f"--max-upload-mb: found {max_upload_mb:g}, expected a number of megabytes from 0.1 "
+            "on. Give one such as 300."
+        )
+    if proxy is not None:
+        _require_proxy(proxy)
     _require_free(host, port)
     with ExitStack() as held:
         if demo:
@@ -136,6 +145,18 @@ def _require_free(host: str, port: int) -> None:
             f"--host, --port: found {host}, port {port}, where nothing can listen ({error}), "
             "expected an address of this machine and a port that is free. End what listens there, "
             "or give another --port or --host."
+        ) from error
+
+
+def _require_proxy(given: str) -> None:
+    """Refuse what is no address of a proxy: it would be passed over, and each browser be it."""
+    try:
+        for one in () if given == "*" else given.split(","):
+            ipaddress.ip_network(one.strip())
+    except ValueError as error:
+        raise UsageError(
+            f"--proxy: found {given!r}, expected the address of the proxy or of its network, "
+            "several between commas, or * for any. Give it such as 127.0.0.1 or 10.0.0.0/8."
         ) from error
 
 
