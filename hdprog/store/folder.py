@@ -8,7 +8,8 @@ import io
 import math
 import re
 import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -84,9 +85,11 @@ def require_importable(session: Session, folder: Path) -> str:
         for anything in the folder that cannot be used, or a drive that is there already
     """
     tests, seen = read_drive_folder(folder).tests, dict[str, str]()
-    drive = declare_new(session, _content(folder))
+    with _named(folder):
+        drive = declare_new(session, _content(folder))
+        for test in tests:
+            _said(test).check()
     for test in tests:
-        _said(test).check()
         with test.path.open("rb") as stream:
             digest = hashlib.file_digest(stream, "sha256").hexdigest()
         if seen.setdefault(digest, test.test_id) != test.test_id:
@@ -143,6 +146,16 @@ def import_drive(
     refresh_counts(session, drive)
     note(session, actor, "drive imported", drive.name, tests=len(rows))
     return drive, rows
+
+
+@contextmanager
+def _named(folder: Path) -> Iterator[None]:
+    """Say of what cannot be used in which of several folders it stands."""
+    try:
+        yield
+    except BadInputError as error:
+        where = f"{folder}, {error.where}"
+        raise BadInputError(error.found, where, error.expected, error.advice) from error
 
 
 def _content(folder: Path) -> dict[str, Any]:

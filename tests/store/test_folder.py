@@ -15,7 +15,7 @@ from hdprog.service.importing import take_in_folders
 from hdprog.service.queue import Queue
 from hdprog.store.audit import COMMAND_LINE
 from hdprog.store.drives import find_drive, fleet
-from hdprog.store.folder import export_drive, import_drive
+from hdprog.store.folder import export_drive, import_drive, require_importable
 from hdprog.store.store import Store, open_store
 from hdprog.store.uploads import TestFacts, list_tests
 from tests.store.samples import WEARING, add_bytes, add_sample
@@ -100,6 +100,23 @@ def test_of_folders_of_which_one_is_wrong_none_is_taken_in(tmp_path: Path) -> No
         with store.reading() as session:
             assert fleet(session).found == 0
         assert not list(store.files.raw.rglob("*"))
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_the_folder_that_is_wrong_is_named(store: Store, tmp_path: Path, there: bool) -> None:
+    """Of several the words did not say which."""
+    right, wrong = (subset(tmp_path / name, ["t01"]) for name in ("right", "wrong"))
+    edit(right, 'id = "wearing-csf-25-80"', 'id = "other"')
+    if there:
+        with store.writing() as session:
+            add_sample(session, "wearing-csf-25-80")
+    else:
+        edit(wrong, 'id = "wearing-csf-25-80"', 'id = "a/b"')
+    with store.reading() as session:
+        assert require_importable(session, right) == "other"
+        with pytest.raises(BadInputError) as raised:
+            require_importable(session, wrong)
+    assert str(raised.value).startswith(f"{wrong}, drive settings, [drive]")
 
 
 def test_removed_tests_stay_behind(store: Store, tmp_path: Path) -> None:
