@@ -6,7 +6,7 @@ import logging
 import sqlite3
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -147,8 +147,12 @@ def sqlite_file(url: str) -> Path | None:
 
 
 def _engine(url: str) -> Engine:
-    if not url.startswith("sqlite"):
+    file = sqlite_file(url)
+    if file is None:
         return create_engine(url, pool_size=_CONNECTIONS, pool_pre_ping=True)
+    with suppress(OSError):  # SQLite has its own words for a place where no file can be
+        # For its owner alone, as -wal and -shm are then: it holds the hashes of passwords.
+        file.touch(mode=0o600)
     engine = create_engine(
         url,
         pool_size=_CONNECTIONS,

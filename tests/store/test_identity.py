@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -78,3 +79,18 @@ def test_a_database_of_before_the_mark_keeps_its_folder(store: Store) -> None:
     with open_store(store.files.root, store.database.url):
         pass
     assert (store.files.root / MARK).exists()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="no such permissions")
+def test_the_database_is_its_owners_alone_in_a_folder_that_was_there_before(tmp_path: Path) -> None:
+    """Anybody on the machine could read the hashes of passwords."""
+    tmp_path.chmod(0o755)
+    before = os.umask(0o022)
+    try:
+        with open_store(tmp_path) as store, store.writing() as session:
+            add_sample(session)
+            session.flush()
+            modes = {path.name: path.stat().st_mode & 0o777 for path in tmp_path.glob("hdprog.db*")}
+    finally:
+        os.umask(before)
+    assert modes == dict.fromkeys(("hdprog.db", "hdprog.db-wal", "hdprog.db-shm"), 0o600)
