@@ -73,6 +73,12 @@ def open_jobs_of(session: Session, drive: DriveRow) -> Sequence[JobRow]:
     return session.scalars(asked.order_by(JobRow.state != "running", JobRow.created_at)).all()
 
 
+def with_open_jobs(session: Session, drives: Iterable[DriveRow]) -> set[int]:
+    """Give the numbers of those among some drives that have open jobs."""
+    of_them = JobRow.drive_id.in_([drive.id for drive in drives])
+    return set(session.scalars(select(JobRow.drive_id).where(of_them, JobRow.state.in_(OPEN))))
+
+
 def failed_last(session: Session, drives: Iterable[DriveRow]) -> dict[int, JobRow]:
     """Give, by number of drive, the newest job of those among some drives where it failed.
 

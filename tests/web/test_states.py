@@ -78,6 +78,8 @@ def test_a_job_that_was_called_off_is_no_failure(
     in_turn = viewer.get("/drives/called-off").text
     assert "The first analysis waits for its turn." in in_turn
     assert "Waiting for its turn." in text_of(in_turn)
+    fleet = text_of(viewer.get("/", params={"q": "called-off"}).text)
+    assert "Its tests wait to be analysed." in fleet
     with store.writing() as session:
         again = jobs.find_job(session, second.id)
         assert again is not None
@@ -86,6 +88,9 @@ def test_a_job_that_was_called_off_is_no_failure(
     for seen in (in_turn, page, viewer.get("/", params={"q": "called-off"}).text):
         assert "did not end well" not in seen
     assert f'No analysis is under way. <a href="/jobs/{newest.id}">Its last job</a>' in page
+    fleet = text_of(viewer.get("/", params={"q": "called-off"}).text)
+    assert "No analysis is under way: its page tells why." in fleet
+    assert "wait to be analysed" not in fleet
     with store.writing() as session:
         later = jobs.find_job(session, newest.id)
         assert later is not None

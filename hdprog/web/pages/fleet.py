@@ -33,6 +33,7 @@ def fleet_page(
         context = {
             "drives": found.drives,
             "failed": jobs.failed_last(session, found.drives),
+            "waiting": jobs.with_open_jobs(session, found.drives),
             "overtaken": analyses.overtaken(session, found.drives),
             "counts": [
                 (name, words, found.counts.get(name, 0)) for name, words in STANDINGS.items()
