@@ -17,6 +17,7 @@ from hdprog.service.readout import ReadOut, refused
 from hdprog.shipped import shipped
 
 _SECONDS = 60.0
+_BYTES_A_SECOND = 500_000  # that are read at least, of files that take longer than that
 _START_SECONDS = 120.0
 _LARGE = 32 << 20  # bytes of a file after which a reader is renewed, to give its memory back
 
@@ -52,15 +53,17 @@ class Readers:
         reader = self._free.get()
         try:
             order = {"path": str(path), "name": name, "content": dict(content)}
-            answer = reader.ask(order, _SECONDS)
-            if path.stat().st_size > _LARGE:
+            size = path.stat().st_size
+            seconds = max(_SECONDS, size / _BYTES_A_SECOND)
+            answer = reader.ask(order, seconds)
+            if size > _LARGE:
                 reader.stop()
         finally:
             self._free.put(reader)
         if answer is None:
             return refused(
                 name,
-                f"a record that was not read within {_SECONDS:.0f} s and the memory allowed",
+                f"a record that was not read within {seconds:.0f} s and the memory allowed",
                 "one that can be",
             )
         return ReadOut(

@@ -69,6 +69,25 @@ def test_a_bomb_ruins_its_reader_only(
     assert readers.read(LOOP, "mine.csv", SAID).problems == ()
 
 
+def test_a_large_record_has_the_longer(
+    readers: Readers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever --max-upload-mb allowed, more than a minute's reading was refused."""
+    allowed: list[float] = []
+
+    def ask(_reader: object, _order: object, seconds: float) -> None:
+        allowed.append(seconds)
+
+    monkeypatch.setattr(module._Reader, "ask", ask)
+    large = tmp_path / "large"
+    for megabytes in (1, 64, 300):
+        with large.open("wb") as file:
+            file.truncate(megabytes * 1_000_000)
+        [problem] = readers.read(large, "large.csv", SAID).problems
+    assert allowed == [60.0, 128.0, 600.0]
+    assert "not read within 600 s" in problem
+
+
 def test_a_bomb_in_a_workbook(
     readers: Readers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
