@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +19,7 @@ from hdprog.store.readings import note_reading, reading_of
 from hdprog.store.tables import DriveRow, LimitRow
 
 _TAKEN = "new"
-_NAME = re.compile(r"[\w+\-][\w+\-. ]{0,98}[\w+\-]|[\w+\-]")
+_MOST_NAME = 100
 
 
 def declare(content: Mapping[str, Any]) -> Drive:
@@ -33,11 +33,11 @@ def declare(content: Mapping[str, Any]) -> Drive:
         that does not exist, or limits on K1 to K3 without the maker's torques
     """
     drive = drive_from_mapping(content)
-    if not _NAME.fullmatch(drive.id):
+    if not _is_name(drive.id):
         raise BadInputError(
             f"id = {drive.id!r}",
             "drive settings, [drive]",
-            "1 to 100 letters, digits, spaces inside, or any of . _ - +",
+            f"1 to {_MOST_NAME} letters, digits, dashes, spaces inside, or any of . _ +",
             "Rename the drive, such as cell3-axis2.",
         )
     if drive.id.lower() == _TAKEN:
@@ -56,6 +56,22 @@ def declare(content: Mapping[str, Any]) -> Drive:
         )
     require_prior(drive)
     return drive
+
+
+def _is_name(text: str) -> bool:
+    """Tell whether a text may be a drive's id: in any script, and safe in a path or an address.
+
+    Marks that turn the direction of reading are no letters; accents typed apart from theirs are.
+    """
+    return (
+        0 < len(text) <= _MOST_NAME
+        and text.strip(" .") == text
+        and not unicodedata.category(text[0]).startswith("M")  # it would stand on the sign before
+        and all(
+            sign in " ._+" or (kind := unicodedata.category(sign)) == "Pd" or kind[0] in "LMN"
+            for sign in text
+        )
+    )
 
 
 def declare_new(session: Session, content: Mapping[str, Any]) -> Drive:

@@ -19,6 +19,8 @@ from hdprog.store.drives import (
 from hdprog.store.store import Store
 from tests.store.samples import add_sample, content
 
+NAMES = ("Achse ä\u2013ö", "Achse a\u0308\u2014o", "\u8a66 3", "\u0430-1", "x", "_a.b+c-d")
+
 
 def test_what_is_declared_comes_back(store: Store) -> None:
     said = content(alpha_deg=30.0) | {"forecast": {"horizon_hours": 9000.0}}
@@ -53,11 +55,28 @@ def test_an_id_is_taken_once(store: Store) -> None:
         "con:",
         "new",
         "New",
+        "a\u202egpj.b",  # read from the right
+        "a\u200bb",
+        "a\uff0fb",  # a wide slash
+        "\u0301a",
+        ".hidden",
+        "ends.",
+        "a%2fb",
+        "a?b",
+        "a#b",
+        "a&b",
+        'a"b',
     ],
 )
 def test_ids_that_are_no_names(store: Store, name: str) -> None:
     with store.writing() as session, pytest.raises(BadInputError):
         add_drive(session, COMMAND_LINE, content(name))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_ids_that_a_run_takes_are_taken(store: Store, name: str) -> None:
+    with store.writing() as session:
+        assert add_drive(session, COMMAND_LINE, content(name)).name == name
 
 
 @pytest.mark.parametrize("prior", ["/etc/passwd", "x.toml", "../priors/generic"])

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from html.parser import HTMLParser
+from pathlib import Path
 from typing import Any
+from urllib.parse import quote, unquote
 
 import pytest
 
@@ -12,6 +14,7 @@ from hdprog.store.drives import content_of, find_drive
 from hdprog.web.drive_form import content_of_form, fields_of
 from hdprog.web.facts import read_facts
 from tests.web.conftest import ClientOf, service_in
+from tests.web.server import csrf_of
 
 CONTENT = {
     "drive": {"id": "cell3-axis2", "model": "CSF-25-80", "rated_torque_Nm": 63.0},
@@ -134,3 +137,29 @@ def test_what_is_no_size_of_the_catalogue_is_said_so(
     page = person("engineer").get("/drives/new", params=asked)
     assert page.status_code == 422
     assert "Pick series, size and ratio" in page.text
+
+
+@pytest.mark.parametrize("name", ["Achse 3 ä\u2013ö", "a\u0308xis\u2014\u8a66+1"])
+def test_a_drive_is_found_under_any_name_that_it_may_have(
+    program: ClientOf, person: ClientOf, loop_file: Path, name: str
+) -> None:
+    """A dash that a run takes was refused here."""
+    api, browser = program("engineer"), person("engineer")
+    at = f"/drives/{quote(name, safe='')}"
+    csrf = csrf_of(browser.get("/drives/new").text)
+    form = {"csrf": csrf, "id": name, "series": "CSF", "size": "25", "ratio": "80"}
+    made = browser.post("/drives/new", data=form, follow_redirects=False)
+    assert made.status_code == 303
+    page = browser.get(made.headers["location"])
+    assert page.status_code == 200
+    assert name in page.text
+    sent = browser.post(f"{at}/uploads", data={"csrf": csrf}, files={"files": loop_file.open("rb")})
+    assert sent.status_code == 200
+    assert unquote(sent.url.raw_path.decode()) == f"/drives/{name}/uploads"
+    again = browser.post(f"{at}/uploads", data={"csrf": csrf})
+    assert unquote(again.url.raw_path.decode()) == f"/drives/{name}?said=empty"
+    assert f'href="{at}"' in browser.get("/").text
+    assert api.get(f"/api/v1{at}").status_code == 200
+    other = api.post("/api/v1/drives", json={"drive": {"id": f"{name}2"}}).json()
+    assert other["url"] == f"{at}2"
+    assert browser.get(other["url"]).status_code == 200
