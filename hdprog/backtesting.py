@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from hdprog.arguments import as_path, checked_seed
-from hdprog.data.drive_folder import DriveFolder, files_of, read_drive_folder, read_test_loop
+from hdprog.data.drive_folder import DriveFolder, files_of, read_drive_folder, read_test_loops
 from hdprog.data.loop import Loop
 from hdprog.data.truth_file import Truth, read_truth
 from hdprog.drive_folders import drive_folders
@@ -192,7 +192,7 @@ def _read(path: Path, name: str) -> _ReadDrive:
             "Come back after the next test.",
         )
     require_horizon(folder.drive, folder.tests)
-    loops = [read_test_loop(folder, test) for test in folder.tests]
+    loops = read_test_loops(folder)
     prior, on_prior = prior_of_drive(folder.drive, scales_of(loops[0]))
     truth = read_truth(path / "truth.json", folder.drive)
     folder, on_torque = with_rated_torque(folder, loops)

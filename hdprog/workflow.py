@@ -12,7 +12,7 @@ import numpy as np
 
 from hdprog.arguments import as_path, checked_record, checked_seed, randomness, require_ids
 from hdprog.config import Drive
-from hdprog.data.drive_folder import files_of, read_drive_folder, read_test_loop
+from hdprog.data.drive_folder import files_of, read_drive_folder, read_test_loops
 from hdprog.data.finished_runs import read_finished_runs
 from hdprog.data.loop import Loop
 from hdprog.data.record_name import record_name
@@ -266,7 +266,7 @@ def run(
     folder = read_drive_folder(as_path(path, "path", "a drive folder's path"))
     wear_prior, others = read_wear_prior(), None
     require_horizon(folder.drive, folder.tests)
-    loops = [read_test_loop(folder, test) for test in folder.tests]
+    loops = read_test_loops(folder)
     if fleet is not None:
         others = read_finished_runs(
             Path(fleet),

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from hdprog.config import Drive, read_drive
-from hdprog.data.copied_records import copy_doubt
+from hdprog.data.copied_records import copy_doubt, readings_doubt
 from hdprog.data.drive_folder import require_drive_folder
 from hdprog.data.loads_of_tests import load_doubts
 from hdprog.data.loop import Loop
@@ -196,11 +196,14 @@ def _check_folder(
     for found in (order_doubts(tests), load_doubts(tests)):
         for name, doubt in found.items():
             notes.warning(name, doubt)
+    before: dict[str, tuple[str, str]] = {}
     for test in tests:
         loop = _check_loop(notes, test.test_id, test.path, columns, select, drive)
-        copied = copy_doubt(test, tests)
-        if loop is not None and copied is not None:
-            notes.warning(test.test_id, copied)
+        if loop is None:
+            continue
+        copied = copy_doubt(test, tests), readings_doubt(loop, test.test_id, before)
+        for doubt in filter(None, copied):
+            notes.warning(test.test_id, doubt)
     return notes.report(path, "drive")
 
 

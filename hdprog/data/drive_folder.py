@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hdprog.config import Drive, read_drive
-from hdprog.data.copied_records import copy_doubt
+from hdprog.data.copied_records import copy_doubt, readings_doubt
 from hdprog.data.loads_of_tests import load_doubts
 from hdprog.data.loop import Loop
 from hdprog.data.order_of_tests import order_doubts
@@ -23,6 +23,7 @@ __all__ = [
     "files_of",
     "read_drive_folder",
     "read_test_loop",
+    "read_test_loops",
     "require_drive_folder",
 ]
 
@@ -107,6 +108,22 @@ def read_test_loop(folder: DriveFolder, test: DriveTest) -> Loop:
     if copied is not None:
         doubts = (*doubts, copied)
     return loop.with_warnings(doubts) if doubts else loop
+
+
+def read_test_loops(folder: DriveFolder) -> list[Loop]:
+    """Read the loops of all tests; one with the readings of a test before it says so.
+
+    Raises
+    ------
+    BadInputError
+        A file is not a usable record.
+    """
+    loops, before = [], dict[str, tuple[str, str]]()
+    for test in folder.tests:
+        loop = read_test_loop(folder, test)
+        doubt = readings_doubt(loop, test.test_id, before)
+        loops.append(loop if doubt is None else loop.with_warnings((doubt,)))
+    return loops
 
 
 def _of_a_folder(error: BadInputError) -> BadInputError:

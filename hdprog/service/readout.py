@@ -9,6 +9,8 @@ from typing import Any
 
 from hdprog.service.pictures import svg_of
 
+READINGS = "readings"  # in what is kept of a read-out: their digest
+
 
 @dataclass(frozen=True)
 class ReadOut:
@@ -39,6 +41,7 @@ def read_record(path: Path, name: str, content: Mapping[str, Any]) -> ReadOut:
     """
     from hdprog.config import drive_from_mapping
     from hdprog.data.check import check_path
+    from hdprog.data.copied_records import digest_of_readings
     from hdprog.data.readers import read_loop
     from hdprog.reporting.figures.raw_loop import raw_loop
 
@@ -54,8 +57,9 @@ def read_record(path: Path, name: str, content: Mapping[str, Any]) -> ReadOut:
         return ReadOut(lines, problems, {})
     numbers = found.as_json()["loops"][0]
     numbers.pop("name")
-    picture = svg_of(raw_loop(read_loop(path, drive=drive)))
-    return ReadOut(lines, (), {**numbers, "lines": list(lines)}, picture)
+    loop = read_loop(path, drive=drive)
+    kept = {**numbers, "lines": list(lines), READINGS: digest_of_readings(loop)}
+    return ReadOut(lines, (), kept, svg_of(raw_loop(loop)))
 
 
 def refused(name: str, found: str, expected: str) -> ReadOut:

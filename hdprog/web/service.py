@@ -12,9 +12,10 @@ from fastapi import Request
 
 from hdprog.atomic import atomic_write_text
 from hdprog.config import drive_from_mapping
+from hdprog.data.copied_records import SAME_READINGS
 from hdprog.service.queue import Queue
 from hdprog.service.readers import Readers
-from hdprog.service.readout import ReadOut
+from hdprog.service.readout import READINGS, ReadOut
 from hdprog.service.same_drive import doubt
 from hdprog.service.web_settings import WebSettings
 from hdprog.store import jobs
@@ -133,6 +134,7 @@ class Service:
                     known = find_record(session, drive, digest)
                     counted = known is not None and known.state == "accepted"
                     doubted = self._doubt(session, drive, content, found.quality, known)
+                    copied = _copied(session, drive, found.quality, known)
                     test, new = add_test(
                         session,
                         actor,
@@ -141,7 +143,9 @@ class Service:
                         file_name=name,
                         sha256=digest,
                         size=size,
-                        quality=with_reading({**found.quality, "doubt": doubted}, content),
+                        quality=with_reading(
+                            {**found.quality, "doubt": doubted, "copied": copied}, content
+                        ),
                         accepted=accepted,
                     )
                     job = jobs.job_of_test(session, test)
@@ -197,7 +201,8 @@ class Service:
                 test.quality = with_problems(test.quality, found.problems)
                 return True
             doubted = self._doubt(session, drive, content, found.quality, test)
-            read = with_reading({**found.quality, "doubt": doubted}, content)
+            copied = _copied(session, drive, found.quality, test)
+            read = with_reading({**found.quality, "doubt": doubted, "copied": copied}, content)
             test.quality = renewed(test, read)
             atomic_write_text(self.store.files.picture(test.sha256, drive.id), found.picture)
             return True
@@ -209,7 +214,8 @@ class Service:
             for test in list_tests(session, drive, state):
                 if is_current(test.quality, content):
                     doubted = self._doubt(session, drive, content, test.quality, test)
-                    test.quality = {**test.quality, "doubt": doubted}
+                    copied = _copied(session, drive, test.quality, test)
+                    test.quality = {**test.quality, "doubt": doubted, "copied": copied}
 
     def ask(self, session: Any, actor: Actor, drive: DriveRow, test: TestRow | None) -> JobRow:
         """Ask for an analysis, in the transaction of the change that makes it needed."""
@@ -269,6 +275,17 @@ class Service:
             if is_current(test.quality, content)  # another unit makes no other drive
         ]
         return doubt(quality, earlier, drive_from_mapping(content))
+
+
+def _copied(
+    session: Any, drive: DriveRow, quality: Mapping[str, Any], known: TestRow | None
+) -> str | None:
+    """Say which test of before has a record's readings in another file; None where none has."""
+    for test in list_tests(session, drive, "accepted", "preview"):
+        earlier = known is None or test.id < known.id
+        if earlier and quality.get(READINGS) and test.quality.get(READINGS) == quality[READINGS]:
+            return SAME_READINGS.format(test.label)
+    return None
 
 
 class Taken:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import datetime
+import gzip
 import json
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import pytest
 
 from hdprog.config import Drive
 from hdprog.data.check import check_path
-from hdprog.data.drive_folder import read_drive_folder, read_test_loop
+from hdprog.data.drive_folder import read_drive_folder, read_test_loop, read_test_loops
 from hdprog.errors import BadInputError
 from tests.data.samples import table, write
 
@@ -334,6 +335,38 @@ def test_check_and_run_see_a_copied_file(folder: Path) -> None:
     later, earlier = (test.test_id for test in reversed(read_drive_folder(folder).tests))
     assert warning.startswith(f"{later}: The file is the same as that of test {earlier}, byte by")
     assert copied(folder) == [later]
+
+
+def in_another_form(record: bytes, form: str) -> bytes:
+    """Give the same readings as other bytes."""
+    if form == "gzip":
+        return gzip.compress(record)
+    if form == "line ends":
+        return record.replace(b"\n", b"\r\n")
+    return record.replace(b",", b";").replace(b".", b",")
+
+
+@pytest.mark.parametrize("form", ["gzip", "line ends", "decimal comma"])
+def test_check_and_run_see_the_same_readings_in_another_form(folder: Path, form: str) -> None:
+    """They counted as two tests without a word."""
+    assert not [
+        doubt
+        for loop in read_test_loops(read_drive_folder(folder))
+        for doubt in loop.warnings
+        if "reading by reading" in doubt
+    ]
+    (folder / "loops/b.csv").write_bytes(
+        in_another_form((folder / "loops/a.csv").read_bytes(), form)
+    )
+    report = check_path(folder)
+    assert report.ok
+    [warning] = [warning for warning in report.warnings if "reading by reading" in warning]
+    found = read_drive_folder(folder)
+    later, earlier = (test.test_id for test in reversed(found.tests))
+    assert warning.startswith(f"{later}: Torque and angle are those of test {earlier}, reading by")
+    first, second = read_test_loops(found)
+    assert not any("reading by reading" in doubt for doubt in first.warnings)
+    assert any("reading by reading" in doubt for doubt in second.warnings)
 
 
 def test_check_and_run_see_a_file_that_is_listed_twice(folder: Path) -> None:

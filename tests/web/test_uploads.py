@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from hdprog.store.drives import find_drive
 from hdprog.store.uploads import find_test, remove
 from hdprog.web.pages import uploads
 from tests.web.conftest import ClientOf, service_in
-from tests.web.server import csrf_of
+from tests.web.server import csrf_of, text_of
 
 
 def test_discarding_one_keeps_what_was_said_of_the_others(
@@ -283,3 +284,38 @@ def test_a_page_shows_no_more_records_than_its_form_can_send(
     page = client.post("/drives/many/uploads", data={"csrf": form}, files=files).text
     assert page.count('-service_hours" name=') == 2
     assert "1 more record waits" in page
+
+
+def test_the_same_readings_in_another_form_are_told_and_taken(
+    program: ClientOf, person: ClientOf, loop_file: Path
+) -> None:
+    """They counted as another test without a word."""
+    api, browser, record = program("engineer"), person("engineer"), loop_file.read_bytes()
+    assert api.post("/api/v1/drives", json={"drive": {"id": "twice"}}).status_code == 201
+
+    def send(name: str, data: bytes, hours: str) -> dict[str, Any]:
+        answer = api.post(
+            "/api/v1/drives/twice/tests",
+            files={"file": (name, data)},
+            data={"service_hours": hours},
+        )
+        assert answer.status_code == 202
+        found: dict[str, Any] = answer.json()
+        return found
+
+    words = "Torque and angle are those of test {}, reading by reading"
+    first = send("a.csv", record, "0")
+    assert "reading by reading" not in str(first["warnings"])
+    again = send("a.csv.gz", gzip.compress(record), "100")
+    assert any(words.format(first["test_id"]) in doubt for doubt in again["warnings"])
+    assert words.format(first["test_id"]) in text_of(
+        browser.get(f"/tests/{again['test_uid']}").text
+    )
+    csrf = csrf_of(browser.get("/drives/twice").text)
+    files = {"files": ("b.csv", record.replace(b"\n", b"\r\n"))}
+    page = browser.post("/drives/twice/uploads", data={"csrf": csrf}, files=files)
+    assert words.format(first["test_id"]) in text_of(page.text)
+    browser.post(f"/tests/{first['test_uid']}", data={"csrf": csrf, "remove": "1"})
+    left = text_of(browser.get(f"/tests/{again['test_uid']}").text)
+    assert "reading by reading" not in left
+    assert words.format(again["test_id"]) in text_of(browser.get("/drives/twice/uploads").text)

@@ -73,7 +73,7 @@ def upload_test(
         name = drive_named(session, drive_id).name
     service.require_room()
     taken = service.take_in(who.actor, name, file.file, file.filename or "", facts, accepted=True)
-    doubts = [] if taken.doubt is None else [taken.doubt]
+    doubts = list(filter(None, (taken.doubt, taken.test.quality.get("copied"))))
     doubts += [
         f"field {name[:40]!r}: found no field of that name here, so that its value was not used; "
         f"expected only file, {', '.join(FIELDS)}. Correct the name, and the test on its page."

@@ -201,6 +201,7 @@ def _discard(
         gone = _no_longer_waiting(session, drive, {"discard": uid})
         if test is not None and test.drive_id == drive.id and test.state == "preview":
             remove(session, who.actor, test)
+            service.compare_anew(session, drive)
         left = len(list_tests(session, drive, "preview"))
     if gone:
         return _page(request, who, drive_id, [], gone, {}, texts, 409)
