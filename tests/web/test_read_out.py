@@ -197,7 +197,8 @@ def test_records_are_read_anew_when_their_columns_are_named_otherwise(
     assert stiffness(api, uid) == pytest.approx(soft / 1000, rel=1e-6)
     assert viewer.get(f"/tests/{uid}/picture.svg").text != picture
     assert "earlier settings" not in viewer.get(f"/tests/{uid}").text
-    assert upload(api, "put-right", b"# another\n" + record, "2")["warnings"] == []
+    another = record[: record.rstrip().rindex(b"\n") + 1]  # a reading less
+    assert upload(api, "put-right", another, "2")["warnings"] == []
 
     client = person("engineer")
     form = csrf_of(client.get("/drives/put-right/settings").text)
