@@ -82,7 +82,7 @@ def test_drives_are_listed_worst_first_and_kept(
     assert worst["id"] == "worn"
     assert (out / worst["report"]).is_file()
     assert (out / worst["summary"]).is_file()
-    assert "2 drives: 1 needs action now; 1 has an inspection to plan" in found.sentence
+    assert "2 drives: 1 needs action now; 1 needs a second test" in found.sentence
     assert "1 folder could not be used" in found.sentence
     assert steps == [("drives", 0, 2), ("drives", 1, 2), ("drives", 2, 2)]
     page = Page((out / "index.html").read_text("utf-8"))
