@@ -123,6 +123,8 @@ def _label(result: DriveResult, status: Status, main: Forecast | None) -> str:
     if status == "plan" and not outlook.dated(result):
         return "Plan a second test"
     within = main is not None and main.remaining_hours.get(0.05) is not None
+    if status == "good" and limits_left_behind(result):
+        return "Check the limits"
     if status == "good" and within:  # by an accepted risk that is larger
         return "Within the accepted risk"
     return _LABELS[status]
@@ -209,9 +211,10 @@ def _before_a_pace(result: DriveResult, main: Forecast) -> list[str]:
         said.append(f"The risk by the next shutdown at {hours(ahead[0])} is then {risk}.")
     at = outlook.next_test_hours(result)
     if at is not None:
-        chance = percent(outlook.risk_at(main, at))
+        date = outlook.rounded_date(main, at)
+        chance = percent(outlook.risk_at(main, date))
         said.append(
-            f"Test again by {hours(outlook.rounded_date(main, at))} (risk till then {chance}): "
+            f"Test again by {hours(date)} (risk till then {chance}): "
             "with a second test the drive's own pace tells a date to inspect before."
         )
     return said

@@ -298,9 +298,10 @@ def test_the_trend_of_another_limit_does_not_put_off_what_is_due() -> None:
 def test_a_limit_on_the_side_that_wear_leaves_is_asked_about() -> None:
     """It was told as nothing to plan, however worn the drive."""
     left = replace(drives.SECANT, direction="above", threshold=60_000.0)  # it falls with wear
-    said = words(wrong := drives.wearing(left))[1]
+    told, said = words(wrong := drives.wearing(left, crossing=5000.0, never=0.97))
     asked = "above 60 000 Nm/rad does not guard the side that wear takes it to."
     assert asked in spaced(said[0])
+    assert (told.status, told.label) == ("good", "Check the limits")
     assert any("does not guard the side" in text for text in summary_json(wrong)["warnings"])
     for limits in ((drives.SECANT,), (drives.LOST_MOTION,), (left, drives.SECANT)):
         assert "does not guard" not in " ".join(words(drives.wearing(*limits))[1])
