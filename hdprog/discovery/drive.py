@@ -32,6 +32,7 @@ _FEWEST_TESTS = 3
 _GROWN = 1.5  # times over the tests: less may be the scatter of remounting
 _SCATTER = 0.15  # of an effect's size from test to test that is no growth
 _CLEAR = 3.0  # standard errors of the slope
+_ON_A_LINE = 2.5  # the same where sizes lie along the line rather than on two levels
 _NONE = 2.0
 _TAKEN_APART = ("regreased", "reassembled")
 _COMMON = 0.8  # share of the tests that carry an effect of the rig
@@ -160,7 +161,8 @@ def _along_hours(sizes: FloatArray) -> Origin:
     """What the tests of one drive say by themselves.
 
     A line through the sizes over service time, weighted by their errors and a scatter of 15 % from
-    test to test: growth by half at more than three standard errors is wear; no slope, in at least
+    test to test: growth by half at more than three standard errors is wear, at more than two and a
+    half where no two levels, one after the other, are nearer to the sizes; no slope, in at least
     four of five tests, is the rig. A test without the effect says that it is absent no better than
     the others say how large it is, and one that cannot show it says nothing.
     """
@@ -174,14 +176,23 @@ def _along_hours(sizes: FloatArray) -> Origin:
     if not present.any():
         return "unclear"
     error = _errors(sizes)
-    (level, slope), covariance, _ = _fitted(_line(hours), size, error)
+    (level, slope), covariance, left = _fitted(_line(hours), size, error)
     first, last = max(level + slope * hours[0], 0.0), level + slope * hours[-1]
     clear = slope / np.sqrt(covariance[1, 1])
-    if clear > _CLEAR and last > _GROWN * first:
+    if last > _GROWN * first and (
+        clear > _CLEAR or (clear > _ON_A_LINE and left < _left_by_levels(size, error))
+    ):
         return "wear"
     if present.mean() >= _COMMON and abs(clear) < _NONE:
         return "rig"
     return "unclear"
+
+
+def _left_by_levels(size: FloatArray, error: FloatArray) -> float:
+    """Sum of squares left by the best two levels, one after the other."""
+    after = np.arange(len(size))[:, None] >= np.arange(1, len(size))
+    steps = (np.column_stack([~late, late]).astype(float) for late in after.T)
+    return min(_fitted(design, size, error)[2] for design in steps)
 
 
 def _came_with(sizes: FloatArray, events: Sequence[str | None]) -> bool:

@@ -57,6 +57,20 @@ def test_a_test_that_does_not_tell_does_not_say_that_the_effect_is_absent() -> N
     assert origin_of(sizes(median, error), NOTHING) == "wear"
 
 
+def test_growth_of_few_tests_is_told_by_its_course() -> None:
+    """At less than three standard errors; by a hair more or less it was wear or was not."""
+    hours = np.array([0.0, 500.0, 1000.0, 1500.0])
+    course = 1e-4 * np.array([0.0, 1.45, 3.0, 3.45])
+    for scale, least in ((1.0, 2e-6), (1.15, 8e-5), (0.9, 8e-5)):
+        last = np.array([1.0, 1.0, 1.0, scale])
+        error = np.array([0.0, 4e-6, 1.3e-5, least])
+        found = np.column_stack([hours, *(course * last + k * error for k in (-1.645, 0, 1.645))])
+        assert origin_of(found, [None] * 4) == "wear"
+    came = 1e-4 * np.array([0.0, 0.0, 3.0, 3.0])
+    found = np.column_stack([hours, came - 1e-5, came, came + 1e-5])
+    assert origin_of(found, [None] * 4) == "unclear"
+
+
 def test_few_tests_tell_nothing() -> None:
     two = sizes(np.full(8, 6e-5), np.full(8, 3e-6))[:2]
     assert origin_of(two, NOTHING[:2]) == "unclear"
