@@ -178,7 +178,7 @@ def _clipping(loop: Loop, stiffness: float) -> Iterator[str]:
     may also come in behind what clips.
     """
     torque, angle = loop.torque, loop.angle
-    fewest = max(5, len(loop) // 500)
+    fewest = _fewest(loop)
     # Within one step of the torque's resolution the angle may go on and come back unseen.
     unseen = (0.005 + (quantisation_step(torque) or 0.0) / float(np.ptp(torque))) * np.ptp(angle)
     unseen += 6.0 * noise_sd(angle, loop.time)
@@ -203,6 +203,11 @@ def _clipping(loop: Loop, stiffness: float) -> Iterator[str]:
             )
 
 
+def _fewest(loop: Loop) -> int:
+    """How many neighbouring samples alike are no chance."""
+    return max(5, len(loop) // 500)
+
+
 def _runs(where: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
     """Neighbouring samples together; one empty run where there is none."""
     found = np.flatnonzero(where)
@@ -221,7 +226,7 @@ def _standstill(loop: Loop) -> Iterator[str]:
     )
     noise = 6.0 * noise_sd(torque, loop.time)
     enough += noise
-    fewest = max(5, len(loop) // 500)
+    fewest = _fewest(loop)
     begins = np.append(0, np.flatnonzero(np.diff(angle)) + 1)
     ends = np.append(begins[1:], len(loop))
     long = ends - begins >= fewest

@@ -133,8 +133,7 @@ class Service:
                         continue
                     known = find_record(session, drive, digest)
                     counted = known is not None and known.state == "accepted"
-                    doubted = self._doubt(session, drive, content, found.quality, known)
-                    copied = _copied(session, drive, found.quality, known)
+                    compared = _compared(session, drive, content, found.quality, known)
                     test, new = add_test(
                         session,
                         actor,
@@ -143,9 +142,7 @@ class Service:
                         file_name=name,
                         sha256=digest,
                         size=size,
-                        quality=with_reading(
-                            {**found.quality, "doubt": doubted, "copied": copied}, content
-                        ),
+                        quality=with_reading(compared, content),
                         accepted=accepted,
                     )
                     job = jobs.job_of_test(session, test)
@@ -158,7 +155,7 @@ class Service:
                     # Last: what is refused leaves no file, what is written down has its own.
                     self.store.files.keep(incoming, digest)
                     atomic_write_text(self.store.files.picture(digest, drive.id), found.picture)
-                    asked = None if right_drive_said(test) else doubted
+                    asked = None if right_drive_said(test) else compared["doubt"]
                     return Taken(test, job, new, asked)
         finally:
             incoming.unlink(missing_ok=True)
@@ -200,10 +197,8 @@ class Service:
             if found.problems:
                 test.quality = with_problems(test.quality, found.problems)
                 return True
-            doubted = self._doubt(session, drive, content, found.quality, test)
-            copied = _copied(session, drive, found.quality, test)
-            read = with_reading({**found.quality, "doubt": doubted, "copied": copied}, content)
-            test.quality = renewed(test, read)
+            compared = _compared(session, drive, content, found.quality, test)
+            test.quality = renewed(test, with_reading(compared, content))
             atomic_write_text(self.store.files.picture(test.sha256, drive.id), found.picture)
             return True
 
@@ -213,9 +208,7 @@ class Service:
         for state in _READ_IN_ORDER:
             for test in list_tests(session, drive, state):
                 if is_current(test.quality, content):
-                    doubted = self._doubt(session, drive, content, test.quality, test)
-                    copied = _copied(session, drive, test.quality, test)
-                    test.quality = {**test.quality, "doubt": doubted, "copied": copied}
+                    test.quality = _compared(session, drive, content, test.quality, test)
 
     def ask(self, session: Any, actor: Actor, drive: DriveRow, test: TestRow | None) -> JobRow:
         """Ask for an analysis, in the transaction of the change that makes it needed."""
@@ -257,24 +250,39 @@ class Service:
                 "expected more. Whoever runs the server must make room; nothing was taken in."
             )
 
-    def _doubt(
-        self,
-        session: Any,
-        drive: DriveRow,
-        content: Mapping[str, Any],
-        quality: Mapping[str, Any],
-        known: TestRow | None,
-    ) -> str | None:
-        """Compare a record with the drive's tests; one of them with those before it alone."""
-        tests = list(list_tests(session, drive, "accepted"))
-        if known in tests:
-            tests = tests[: tests.index(known)]
-        earlier = [
-            (test.label, test.quality)
-            for test in reversed(tests)
-            if is_current(test.quality, content)  # another unit makes no other drive
-        ]
-        return doubt(quality, earlier, drive_from_mapping(content))
+
+def _compared(
+    session: Any,
+    drive: DriveRow,
+    content: Mapping[str, Any],
+    quality: Mapping[str, Any],
+    known: TestRow | None,
+) -> dict[str, Any]:
+    """Say of a record how it compares with the drive's tests; of one of them, with those before."""
+    return {
+        **quality,
+        "doubt": _doubt(session, drive, content, quality, known),
+        "copied": _copied(session, drive, quality, known),
+    }
+
+
+def _doubt(
+    session: Any,
+    drive: DriveRow,
+    content: Mapping[str, Any],
+    quality: Mapping[str, Any],
+    known: TestRow | None,
+) -> str | None:
+    """Say in what a record does not look like the drive's accepted tests."""
+    tests = list(list_tests(session, drive, "accepted"))
+    if known in tests:
+        tests = tests[: tests.index(known)]
+    earlier = [
+        (test.label, test.quality)
+        for test in reversed(tests)
+        if is_current(test.quality, content)  # another unit makes no other drive
+    ]
+    return doubt(quality, earlier, drive_from_mapping(content))
 
 
 def _copied(

@@ -40,7 +40,7 @@ def trend_pictures(result: DriveResult) -> list[tuple[Limit, Picture]]:
                 result.tests,
                 doubtful=not result.converged,
                 dated=outlook.dated(result),
-                due=main.already_crossed or outlook.inspect_now(result, main),
+                due=outlook.inspect_now(result, main),
             ),
         )
         for forecast in result.forecasts
