@@ -30,8 +30,10 @@ def simulate_ahead(
     Seen from tests, the rate's departure is linear, so that a filter can follow it. Ahead all that
     goes on, by the drive's own loadings and by the departure, goes on exp(W) times as fast, with a
     random walk W: a rate does not run below zero, one that has grown may grow on, and what has
-    levelled off stays level. W drifts upwards, as the last stage of wear is the one that speeds up;
-    where the pace is steady, it stays so. Loadings walk on as before.
+    levelled off stays level. W spreads as the logarithm of the rate does: the departure's walk is
+    in units of the clock's rate, and where the rate has grown to several times that, the same walk
+    is so many times less of it. W drifts upwards, as the last stage of wear is the one that speeds
+    up; where the pace is steady, it stays so. Loadings walk on as before.
 
     Parameters
     ----------
@@ -39,7 +41,7 @@ def simulate_ahead(
     rng : source of randomness
     start : state (draws, n) and carried (draws, k), see `kalman_filter`, just before `first`
     first : first time to draw
-    ahead : spread of W over that of the departure in the past, and its drift
+    ahead : spread of W over that of the departure in the past, per rate, and its drift
 
     Returns
     -------
@@ -48,11 +50,12 @@ def simulate_ahead(
     draws, times = steps.wear.shape
     x, c = start
     walk, loadings = np.zeros(draws), c[:, : steps.size]
+    spread = ahead.spread / np.maximum(1.0 + c[:, RATE], 1.0)
     states = np.empty((draws, times - first, steps.size))
     for time in range(first, times):
         wear, passed = steps.wear[:, time], steps.passed[:, time]
         common, turn, lead = rng.standard_normal((3, draws))
-        departure = ahead.spread * np.sqrt(steps.departure[:, time])
+        departure = spread * np.sqrt(steps.departure[:, time])
         drift = np.where(departure > 0, ahead.drift * steps.lived[:, time], 0.0)
         meanwhile = walk + drift / 2 + departure * (turn / 2 + lead / np.sqrt(12))
         factor = np.exp(np.minimum(meanwhile, _FASTEST_LOG))
