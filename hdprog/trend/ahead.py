@@ -13,6 +13,7 @@ from hdprog.trend.state_space import Steps
 from hdprog.trend.wear_prior import MESH, LogNormal, RateAhead
 
 _SLOWEST = 0.02  # of the clock's rate: what a drive goes on with that seems to stand still
+_LEAST_RATE = 0.5  # of the clock's, that a wander is told as a share of: less would be all wander
 _FASTEST_LOG = 6.0  # four hundred times as fast is beyond any figure
 _NO_FALL = 1e-9
 _FARTHEST = 15.0  # prior spreads of a coordinate from its prior mean: figures stay finite
@@ -50,7 +51,7 @@ def simulate_ahead(
     draws, times = steps.wear.shape
     x, c = start
     walk, loadings = np.zeros(draws), c[:, : steps.size]
-    spread = ahead.spread / np.maximum(1.0 + c[:, RATE], 1.0)
+    spread = ahead.spread / np.maximum(1.0 + c[:, RATE], _LEAST_RATE)
     states = np.empty((draws, times - first, steps.size))
     for time in range(first, times):
         wear, passed = steps.wear[:, time], steps.passed[:, time]

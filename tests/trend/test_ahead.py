@@ -83,7 +83,7 @@ def test_the_walk_scatters_the_logarithm_of_the_rate(rate: float) -> None:
     before = reached(replace(of, wear=not_last, passed=not_last), rate, ahead)
     last = reached(of, rate, ahead) - before  # the same seed: the same paths
     walk = np.log(last / of.wear[0, -1] / rate)
-    spread = 2.0 * 0.5 * np.sqrt(np.log(2.0)) / max(rate, 1.0)
+    spread = 2.0 * 0.5 * np.sqrt(np.log(2.0)) / rate
     assert abs(np.median(walk)) < 4 * 1.25 * spread / np.sqrt(4000)
     assert abs(walk.std() / spread - 1) < 4 / np.sqrt(2 * 4000)
 
