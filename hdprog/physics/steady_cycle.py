@@ -46,11 +46,6 @@ class LastingEffects:
             EffectSet(kept, effects.scales), {one.id: values[one.id] for one in kept}
         )
 
-    @property
-    def ids(self) -> tuple[str, ...]:
-        """Ids of the effects."""
-        return tuple(effect.id for effect in self.effects.effects)
-
 
 def steady_branches(
     torque: FloatArray, parameters: Parameters, operation: Operation, lasting: LastingEffects

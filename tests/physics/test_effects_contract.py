@@ -219,7 +219,7 @@ def test_only_its_own_door_is_open(effect: Effect) -> None:
 def test_coordinates_are_laid_out_effect_by_effect() -> None:
     names = ("creep", "torque_offset", "tooth_damage")
     effects = EffectSet((BY_ID["creep"], BY_ID["torque_offset"]), COURSE.scales)
-    wider = effects + BY_ID["tooth_damage"]
+    wider = EffectSet((*effects.effects, BY_ID["tooth_damage"]), COURSE.scales)
     assert [effect.id for effect in wider.effects] == list(names)
     wanted = [
         (name, parameter.name)

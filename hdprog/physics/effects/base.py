@@ -163,11 +163,9 @@ def angle_amplitude(name: str, meaning: str, scales: Scales) -> EffectParameter:
     return EffectParameter(name, "rad", meaning, "log", 0.01 * scales.angle, 1.5, amplitude=True)
 
 
-def either_sign(
-    name: str, unit: str, meaning: str, typical: float, amplitude: bool = True
-) -> EffectParameter:
+def either_sign(name: str, unit: str, meaning: str, typical: float) -> EffectParameter:
     """An amplitude of either sign: as soon a few times `typical` as a few ten times."""
-    return EffectParameter(name, unit, meaning, "signed", typical, 2.0, amplitude)
+    return EffectParameter(name, unit, meaning, "signed", typical, 2.0, amplitude=True)
 
 
 def signed_amplitude(name: str, meaning: str, scales: Scales) -> EffectParameter:

@@ -28,10 +28,6 @@ class EffectSet:
     effects: tuple[Effect, ...]
     scales: Scales
 
-    def __add__(self, other: Effect) -> EffectSet:
-        """With one effect more."""
-        return EffectSet((*self.effects, other), self.scales)
-
     @cached_property
     def parameters(self) -> tuple[tuple[Effect, EffectParameter], ...]:
         """Every parameter with its effect, in the order of the coordinates."""
