@@ -100,16 +100,13 @@ def slip(
     -------
     (draws, samples) slip in rad
     """
-    samples, stretches = path.torque.shape[-1], path.starts.size
     # One call for the samples, the ends of the stretches and both envelopes at the first sample.
     pushed, basis = path.pushing, path.pushing_basis
     envelopes = slip_envelope(pushed, parameters, alpha, basis)
     if negative is not None:
         torque = np.concatenate([path.torque, path.reached, path.torque[..., [0, 0]]], axis=-1)
         envelopes = np.where(torque < 0, slip_envelope(pushed, negative, alpha, basis), envelopes)
-    envelope = envelopes[:, :samples]
-    at_end = envelopes[:, samples : samples + stretches]
-    lower, upper = envelopes[:, -2], -envelopes[:, -1]
+    envelope, at_end, lower, upper = path.parted(envelopes)
     if initial_fraction is None:
         initial = np.asarray(initial_slip, dtype=np.float64)
         current = np.minimum(np.maximum(initial, lower), upper)

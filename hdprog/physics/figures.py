@@ -80,6 +80,26 @@ def preload(parameters: Parameters) -> FloatArray:
     return np.atleast_1d(-parameters["c"] * parameters["T_i"])
 
 
+def steady_history(torque: FloatArray, top: float) -> FloatArray:
+    """Torque in Nm from no load into the steady cycle to ± `top`; see `both_branches`.
+
+    Parameters
+    ----------
+    torque : (samples,) rising torques in Nm, inside the cycle, at which it is looked at
+    """
+    return np.concatenate([[0.0, top, -top], torque, [top], torque[::-1]])
+
+
+def both_branches(along: FloatArray, samples: int) -> tuple[FloatArray, FloatArray]:
+    """What (draws, ...) along a `steady_history` is on the rising and on the falling branch.
+
+    Returns
+    -------
+    two (draws, samples) arrays, both in the order of rising torque
+    """
+    return along[:, 3 : 3 + samples], along[:, -1 : -1 - samples : -1]
+
+
 def steady_slip(
     torque: FloatArray, parameters: Parameters, operation: Operation
 ) -> tuple[FloatArray, FloatArray]:
@@ -93,11 +113,8 @@ def steady_slip(
     -------
     two (draws, samples) arrays in rad: rising branch, falling branch
     """
-    top = operation.reference_torque
-    history = np.concatenate([[0.0, top], [-top], torque, [top], torque[::-1]])
-    travelled = slip(TorquePath.exact(history), parameters, operation.alpha)
-    count = torque.size
-    return travelled[:, 3 : 3 + count], travelled[:, -1 : -1 - count : -1]
+    path = TorquePath.exact(steady_history(torque, operation.reference_torque))
+    return both_branches(slip(path, parameters, operation.alpha), torque.size)
 
 
 def hysteresis_width(parameters: Parameters, operation: Operation) -> FloatArray:

@@ -14,7 +14,14 @@ import numpy as np
 from hdprog.physics.course import Course
 from hdprog.physics.effects.base import Values
 from hdprog.physics.effects.model import EffectSet
-from hdprog.physics.figures import ARCMIN_PER_RAD, LOSS_POINTS, LOST_MOTION_SHARE, Operation
+from hdprog.physics.figures import (
+    ARCMIN_PER_RAD,
+    LOSS_POINTS,
+    LOST_MOTION_SHARE,
+    Operation,
+    both_branches,
+    steady_history,
+)
 from hdprog.physics.parameters import FloatArray, Parameters
 from hdprog.physics.torque_path import TorquePath
 
@@ -63,12 +70,10 @@ def steady_branches(
     -------
     two (draws, samples) arrays in rad: rising branch, falling branch
     """
-    top = operation.reference_torque
-    history = np.concatenate([[0.0, top], [-top], torque, [top], torque[::-1]])
-    path = TorquePath.exact(history)
+    path = TorquePath.exact(steady_history(torque, operation.reference_torque))
     course = Course(
         path=path,
-        order=np.linspace(0.0, 1.0, history.size),
+        order=np.linspace(0.0, 1.0, path.torque.size),
         time=None,
         rate=None,
         temperature=None,
@@ -79,8 +84,7 @@ def steady_branches(
     angle = lasting.effects.angle(
         course, parameters, dict(lasting.values), operation.alpha, np.full(draws, 0.5)
     )
-    count = torque.size
-    return angle[:, 3 : 3 + count], angle[:, -1 : -1 - count : -1]
+    return both_branches(angle, torque.size)
 
 
 def whole_figure(

@@ -73,6 +73,17 @@ class TorquePath:
         """The `line_basis` of `pushing`."""
         return line_basis(self.pushing)
 
+    def parted(self, pushing: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """What bounds a play at the places of `pushing`, (draws, places), taken apart.
+
+        Returns
+        -------
+        (draws, samples) along the path and (draws, stretches) at the stretches' ends, both along
+        the direction of travel, and (draws,) lower and upper bound at the first sample
+        """
+        samples = self.torque.shape[-1]
+        return pushing[:, :samples], pushing[:, samples:-2], pushing[:, -2], -pushing[:, -1]
+
     @cached_property
     def lengths(self) -> NDArray[np.intp]:
         """(stretches,) number of samples on each stretch."""

@@ -58,11 +58,9 @@ class MaxwellSlip(NonnegativeModel):
         edges = setting.torque * np.linspace(0.0, 1.0, _PIECES + 1) ** _BEND
         elastic = ramps(path.magnitude, edges) * path.sign[:, None]
         limits = setting.torque * _LIMITS
-        pushing = path.pushing - limits[:, None]
-        count = path.torque.size
-        lower, upper = pushing[:, -2], -pushing[:, -1]
+        envelope, at_end, lower, upper = path.parted(path.pushing - limits[:, None])
         # After a rise the plays lie at their lower bounds, after a fall at their upper ones.
         first = np.clip(0.0, lower, upper) if self.history == 0 else lower
         first = upper if self.history == -1 else first
-        plays = play(path, pushing[:, :count], pushing[:, count:-2], first)
+        plays = play(path, envelope, at_end, first)
         return np.hstack([elastic, plays.T])

@@ -56,10 +56,9 @@ class Taghirad(OtherModel):
         path = course.path
         nodes, loading = _loading_branch(values, setting)
         pushing = np.stack([np.interp(path.pushing, row, nodes) for row in loading])
-        count = path.torque.size
-        lower, upper = pushing[:, -2], -pushing[:, -1]
+        envelope, at_end, lower, upper = path.parted(pushing)
         first = lower + values["initial_state"][:, 0] * (upper - lower)
-        return play(path, pushing[:, :count], pushing[:, count:-2], first)
+        return play(path, envelope, at_end, first)
 
     def inside(self, values: Values, setting: Setting) -> NDArray[np.bool_]:
         """Torque grows with angle on both branches, where the twist is more than a tenth."""

@@ -54,10 +54,9 @@ class Zhang(OtherModel):
     def angle(self, course: Course, values: Values, setting: Setting) -> FloatArray:
         """See `OtherModel.angle`."""
         path, friction = course.path, values["F_f"]
-        pushing = path.pushing - friction
-        count = path.torque.size
+        envelope, at_end, _, _ = path.parted(path.pushing - friction)
         first = path.torque[0] + friction[:, 0] * (2 * values["initial_state"][:, 0] - 1)
-        through = play(path, pushing[:, :count], pushing[:, count:-2], first)
+        through = play(path, envelope, at_end, first)
         return _series(path.torque, through, values)
 
     def stiffness_curve(self, torque: FloatArray, values: Values, setting: Setting) -> FloatArray:
