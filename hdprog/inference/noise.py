@@ -57,15 +57,6 @@ class NoiseModel:
         sd = np.sqrt(np.diag(covariance))
         return NoiseModel(sd, sd, _whitening(covariance), words)
 
-    @staticmethod
-    def decaying(
-        sd: FloatArray, log_ratio: float, length: float, position: FloatArray
-    ) -> NoiseModel:
-        """White noise sd (blocks,) plus an Ornstein-Uhlenbeck term over positions (blocks,)."""
-        distance = np.abs(position[:, None] - position[None, :])
-        correlated = np.mean(sd**2) * np.exp(log_ratio - distance / length)
-        return NoiseModel.white(sd).with_decaying(correlated, log_ratio, length, position)
-
     def with_decaying(
         self, correlated: FloatArray, log_ratio: float, length: float, position: FloatArray
     ) -> NoiseModel:

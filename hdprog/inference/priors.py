@@ -47,14 +47,6 @@ class Prior:
                 found[name] = -value if transform == "negative_log" else value
         return found
 
-    def to_coordinates(self, parameters: Parameters) -> FloatArray:
-        """Unconstrained coordinates (..., 8) of parameters by name."""
-        columns = [
-            BY_NAME[name].to_coordinate(np.asarray(parameters[name]), self.softplus_scale)
-            for name in NAMES
-        ]
-        return np.stack(columns, axis=-1)
-
     def log_density(self, coordinates: FloatArray) -> FloatArray:
         """Log prior density (...) up to a constant at coordinates (..., 8)."""
         deviation = (coordinates - self.mean) / self.sd

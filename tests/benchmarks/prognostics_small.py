@@ -39,6 +39,7 @@ from hdprog.trend.wear_prior import read_wear_prior
 from tests.independent.drives import LAWS, REGULAR_LAWS, first_crossing, random_wear
 from tests.independent.drives import WearingDrive as Life
 from tests.independent.loops import scatter
+from tests.inference.inverse import coordinates_of
 from tests.trend.stand_in import ALPHA, PRIOR, SimulatedLoop, simulated_loop
 
 RESULTS = Path(__file__).parent / "results" / "prognostics_small.json"
@@ -87,7 +88,7 @@ def wearing_drive(
     tests = []
     for hour in np.concatenate([[0.0], np.cumsum(gaps) / gaps.sum()]) * last:
         mounted = scatter(life.parameters(float(hour)), REMOUNTING, rng).as_dict()
-        state = PRIOR.to_coordinates({name: np.array(value) for name, value in mounted.items()})
+        state = coordinates_of(PRIOR, mounted)
         tests.append(simulated_loop(float(hour), state, rng, float(rng.choice([63, 80, 100]))))
     crossings = {}
     if fixed:

@@ -24,6 +24,7 @@ from hdprog.inference.starting_points import descend_all
 from hdprog.physics.drive_model import predict
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.parameters import FloatArray
+from tests.inference.inverse import coordinates_of
 from tests.physics.table2 import POST_TEST
 
 DRIVE = replace(Drive.default(), model="CSF-25-80", rated_torque=63.0, alpha_declared=True)
@@ -91,7 +92,7 @@ def test_a_curve_that_led_the_drive_model_astray_is_found_over_its_coordinate() 
     found = with_unknown([model], [model], [gains], [np.random.default_rng(1)], map)[0]
     assert found.term is not None
     assert found.term.coordinate == "torque"
-    truth = PRIOR.to_coordinates({key: np.asarray(value) for key, value in POST_TEST.items()})
+    truth = coordinates_of(PRIOR, POST_TEST)
     nearby = descend_all(found.likelihood, [np.append(truth, 0.0)])
     from_truth = Model(found.likelihood, tuple(nearby)).log_evidence
     assert found.log_evidence > from_truth - 1.0

@@ -37,6 +37,7 @@ from hdprog.inference.priors import RecordScales
 from hdprog.physics.parameters import NAMES
 from hdprog.shipped import shipped
 from tests.independent.simulator import INITIAL
+from tests.inference.inverse import coordinates_of
 from tests.physics.table2 import POST_TEST
 
 FOLDER = shipped("priors") / "catalogue"
@@ -169,9 +170,7 @@ def test_the_catalogues_csf_25_80_covers_table_2(state: str) -> None:
         assert values["a"] * values["T_T"] < 0.04 * values["b"]
     elif state == "heavily worn":
         values = {**values, "b": 4500.0, "T_T": 40.0}
-    z = (
-        prior.to_coordinates({k: np.asarray(v) for k, v in values.items()}) - prior.mean
-    ) / prior.sd
+    z = (coordinates_of(prior, values) - prior.mean) / prior.sd
     assert (np.abs(z) < 2).all(), dict(zip(NAMES, z.round(2), strict=True))
 
 

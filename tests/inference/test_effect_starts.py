@@ -23,6 +23,7 @@ from hdprog.physics.effects import BY_ID, EFFECTS
 from hdprog.physics.effects.model import EffectSet
 from hdprog.physics.parameters import FloatArray
 from hdprog.physics.torque_path import TorquePath
+from tests.inference.inverse import coordinates_of
 from tests.physics.table2 import POST_TEST
 
 ALPHA = math.radians(30)
@@ -132,7 +133,7 @@ def planted(name: str) -> tuple[LoopLikelihood, list[StartingPoint], FloatArray]
     parameters = BY_ID[name].parameters(likelihood.reduced.course.scales)
     truth = np.concatenate(
         [
-            PRIOR.to_coordinates({key: np.asarray(value) for key, value in POST_TEST.items()}),
+            coordinates_of(PRIOR, POST_TEST),
             [0.0],
             [one.coordinate(PLANTED[name][one.name][0]) for one in parameters],
         ]

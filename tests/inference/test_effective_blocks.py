@@ -9,9 +9,9 @@ import pytest
 
 from hdprog.inference.effective_blocks import _long_run, effective_degrees
 from hdprog.inference.likelihood import LoopLikelihood
-from hdprog.inference.noise import NoiseModel
 from hdprog.inference.starting_points import StartingPoint, descend, describe
 from tests.inference import remembering_loops
+from tests.inference.inverse import decaying
 from tests.inference.remembering_loops import READINGS, slow
 
 
@@ -37,8 +37,8 @@ def test_rough_noise_that_is_whitened_keeps_its_blocks() -> None:
 def test_noise_with_a_longer_memory_than_its_model_loses_blocks() -> None:
     likelihood, start = settled(0)
     reduced, sd = likelihood.reduced, np.full(likelihood.blocks, 1e-5)
-    true = NoiseModel.decaying(sd, np.log(4.0), 8.0, reduced.position).covariance
-    wrong = replace(likelihood, noise=NoiseModel.decaying(sd, np.log(4.0), 1.5, reduced.position))
+    true = decaying(sd, np.log(4.0), 8.0, reduced.position).covariance
+    wrong = replace(likelihood, noise=decaying(sd, np.log(4.0), 1.5, reduced.position))
     clean = likelihood.angle(start.point[None])[0]
     factor, rng = np.linalg.cholesky(true), np.random.default_rng(3)
     found, exact = [], []

@@ -21,6 +21,7 @@ from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
 from hdprog.physics.drive_model import predict
 from hdprog.physics.parameters import NAMES
 from tests.independent.loops import KINDS, random_loop
+from tests.inference.inverse import coordinates_of
 from tests.physics.table2 import POST_TEST
 
 DRIVE = replace(Drive.default(), model="CSF-25-80", rated_torque=63.0, alpha_declared=True)
@@ -49,7 +50,7 @@ def worn() -> Posterior:
 def test_table_2_is_recovered(worn: Posterior) -> None:
     assert worn.converged
     truth = {name: np.asarray(value) for name, value in POST_TEST.items()}
-    deviation = worn.coordinates.mean(axis=0) - PRIOR.to_coordinates(truth)
+    deviation = worn.coordinates.mean(axis=0) - coordinates_of(PRIOR, truth)
     # 3.5 posterior standard deviations: false alarm 4e-3 over eight parameters.
     assert (np.abs(deviation) < 3.5 * worn.coordinates.std(axis=0)).all()
     assert worn.diagnostics.rhat.max() < 1.01
@@ -122,7 +123,7 @@ def test_long_record_gives_the_posterior_of_its_readings() -> None:
     noisy = torque + 0.03 * rng.standard_normal(torque.size)
     posterior = fitted(Loop(torque=noisy, angle=angle))
     assert posterior.likelihood.blocks <= 800  # however long it is
-    truth = PRIOR.to_coordinates({name: np.asarray(value) for name, value in POST_TEST.items()})
+    truth = coordinates_of(PRIOR, POST_TEST)
     spread = posterior.coordinates.std(axis=0)
     assert (np.abs(posterior.coordinates.mean(axis=0) - truth) < 4 * spread).all()
     assert spread[3] < 0.01

@@ -25,6 +25,7 @@ from hdprog.physics.drive_model import predict
 from hdprog.physics.parameters import NAMES
 from hdprog.reporting.weak_words import weak_words
 from hdprog.results import TestResult
+from tests.inference.inverse import coordinates_of
 from tests.physics.table2 import POST_TEST
 
 DRIVE = replace(Drive.default(), model="CSF-25-80", rated_torque=63.0, alpha_declared=True)
@@ -64,7 +65,7 @@ def test_combined_stiffness_is_that_of_the_paper_where_the_threshold_is_zero() -
 
 
 def test_points_of_a_prior_have_its_moments() -> None:
-    found = PRIOR.to_coordinates(prior_points(PRIOR))
+    found = coordinates_of(PRIOR, prior_points(PRIOR))
     np.testing.assert_allclose(found.mean(axis=0), PRIOR.mean, atol=0.02 * PRIOR.sd.max())
     np.testing.assert_allclose(found.std(axis=0), PRIOR.sd, rtol=0.02)
 

@@ -19,11 +19,12 @@ from hdprog.inference.noise import NoiseModel
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.physics.drive_model import predict
 from hdprog.physics.effects import BY_ID
+from tests.inference.inverse import coordinates_of, decaying
 from tests.physics.table2 import POST_TEST
 
 ALPHA = math.radians(30)
 PRIOR = read_prior_file("csf-25-80").prior(None)
-TRUTH = PRIOR.to_coordinates({name: np.array(value) for name, value in POST_TEST.items()})
+TRUTH = coordinates_of(PRIOR, POST_TEST)
 
 
 def at(coordinates: np.ndarray) -> np.ndarray:
@@ -81,7 +82,7 @@ def test_effects_integrated_out_are_a_covariance(memory: float) -> None:
     plain = likelihood(1e-5)
     noise = plain.noise
     if memory:
-        noise = NoiseModel.decaying(noise.sd, 0.5, memory, np.arange(float(plain.blocks)))
+        noise = decaying(noise.sd, 0.5, memory, np.arange(float(plain.blocks)))
     exact = replace(plain, noise=noise, effects=(BY_ID["cup_hardening"], BY_ID["angle_ripple"]))
     size = exact.effect_set.size
     features = 3e-5 * rng.standard_normal((plain.blocks, size))

@@ -23,6 +23,7 @@ from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.model import EffectSet
 from hdprog.physics.parameters import FloatArray
 from hdprog.physics.torque_path import TorquePath
+from tests.inference.inverse import coordinates_of
 from tests.physics.table2 import POST_TEST
 
 DRIVE = replace(Drive.default(), model="CSF-25-80", rated_torque=63.0, alpha_declared=True)
@@ -43,7 +44,7 @@ def likelihood_with(play: float) -> tuple[LoopLikelihood, FloatArray]:
     angle = effects.angle(course, drive, values, math.radians(30), np.array([0.5]))[0]
     loop = Loop(torque, angle + NOISE * rng.standard_normal(torque.size))
     likelihood = replace(prepare(loop, DRIVE, rng, prior=PRIOR).likelihood, effects=(BACKLASH,))
-    exact = PRIOR.to_coordinates({key: np.asarray(value) for key, value in POST_TEST.items()})
+    exact = coordinates_of(PRIOR, POST_TEST)
     return likelihood, np.concatenate([exact, [0.0]])
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from hdprog.inference.noise import NoiseModel
 from hdprog.inference.noise_shape import (
     FALSE_ALARM_RATE,
     DecayingNoise,
@@ -16,6 +15,7 @@ from hdprog.inference.noise_shape import (
     _Restricted,
     fit_noise,
 )
+from tests.inference.inverse import decaying
 
 BLOCKS = 150
 POSITION = np.arange(float(BLOCKS))
@@ -101,7 +101,7 @@ def test_correlated_noise_is_found_and_whitened() -> None:
 def test_whitening_undoes_a_covariance() -> None:
     distance = np.abs(POSITION[:, None] - POSITION[None, :])
     covariance = 1e-10 * (np.eye(BLOCKS) + 2 * np.exp(-distance / 5))
-    model = NoiseModel.decaying(np.full(BLOCKS, 1e-5), np.log(2), 5.0, POSITION)
+    model = decaying(np.full(BLOCKS, 1e-5), np.log(2), 5.0, POSITION)
     np.testing.assert_allclose(
         model.whitening.T @ covariance @ model.whitening, np.eye(BLOCKS), atol=1e-9
     )

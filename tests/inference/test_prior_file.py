@@ -15,6 +15,7 @@ from hdprog.inference.priors import RecordScales
 from hdprog.physics.parameters import BY_NAME, NAMES, in_support
 from hdprog.shipped import shipped
 from tests.independent.simulator import INITIAL
+from tests.inference.inverse import coordinates_of
 from tests.physics.table2 import POST_TEST
 
 SHIPPED = (shipped("priors") / "csf-25-80.toml").read_text("utf-8")
@@ -46,7 +47,7 @@ def test_csf_25_80_covers_table_2(state: str) -> None:
         values["a"] = POST_TEST["a"]
         values["T_T"] = 0.5
         assert values["a"] * values["T_T"] < 0.01 * values["b"]
-    point = prior.to_coordinates({name: np.asarray(value) for name, value in values.items()})
+    point = coordinates_of(prior, values)
     z = (point - prior.mean) / prior.sd
     assert (np.abs(z) < 2).all(), dict(zip(NAMES, z.round(2), strict=True))
 
@@ -56,7 +57,7 @@ def test_prior_draws_go_there_and_back(name: str) -> None:
     prior = read_prior_file(name).prior(SCALES)
     draws = prior.sample(2000, np.random.default_rng(1))
     values = prior.to_physical(draws)
-    np.testing.assert_allclose(prior.to_coordinates(values), draws, atol=1e-8)
+    np.testing.assert_allclose(coordinates_of(prior, values), draws, atol=1e-8)
     # Medians of 2 000 draws: 0.028 standard deviations each; four of that, 1 in 2 000 of eight.
     assert (np.abs(np.median(draws, axis=0) - prior.mean) < 0.112 * prior.sd).all()
     assert in_support(values, np.radians(30)).mean() > 0.5

@@ -21,6 +21,7 @@ from hdprog.physics.course import Course
 from hdprog.physics.drive_model import predict
 from hdprog.physics.parameters import FloatArray
 from hdprog.physics.torque_path import TorquePath
+from tests.inference.inverse import coordinates_of, decaying
 from tests.physics.table2 import POST_TEST
 
 PRIOR = read_prior_file("csf-25-80").prior(None)
@@ -98,13 +99,13 @@ def masked_cases() -> list[tuple[str, NoiseModel]]:
     sd = 1e-5 * np.linspace(0.8, 1.3, len(LOOP))
     white = NoiseModel.white(sd)
     position = np.arange(float(len(LOOP)))
-    decaying = NoiseModel.decaying(sd, 0.5, 6.0, position)
+    remembering = decaying(sd, 0.5, 6.0, position)
     smooth = term("time", 0.1, 3e-5)
     return [
         ("white", white),
-        ("decaying", decaying),
+        ("decaying", remembering),
         ("white beside a term", white.with_term(smooth, COURSE)),
-        ("decaying beside a term", decaying.with_term(smooth, COURSE)),
+        ("decaying beside a term", remembering.with_term(smooth, COURSE)),
     ]
 
 
@@ -121,7 +122,7 @@ def test_masked_blocks_are_as_if_not_there(words: str, noise: NoiseModel) -> Non
     """The misfit is that of the other blocks under their own covariance, offset integrated out."""
     masked = likelihood_with(noise.masking(OUT))
     rng = np.random.default_rng(8)
-    truth = PRIOR.to_coordinates({key: np.asarray(value) for key, value in POST_TEST.items()})
+    truth = coordinates_of(PRIOR, POST_TEST)
     points = np.append(truth, 0.0) + 0.02 * rng.standard_normal((4, 9))
     residual = masked.residual(points)
     seen = ~OUT

@@ -18,6 +18,7 @@ from hdprog.inference.until_converged import QUICK
 from hdprog.physics.drive_model import predict
 from hdprog.physics.parameters import NAMES
 from hdprog.results import TestResult
+from tests.inference.inverse import coordinates_of
 from tests.inference.test_identification import NEW, PRIOR, loop_to
 from tests.physics.table2 import POST_TEST
 
@@ -43,7 +44,7 @@ def test_it_agrees_with_a_full_refit(truth: dict[str, float]) -> None:
     assert refit.other_tooth_angle is None  # it is no default
     coordinates = posterior.coordinates
     moved = {name: np.array(levels[0.50]) for name, levels in other.parameters.items()}
-    shifted = posterior.prior.to_coordinates(moved)
+    shifted = coordinates_of(posterior.prior, moved)
     deviation = (shifted - np.median(coordinates, axis=0)) / coordinates.std(axis=0)
     assert (np.abs(deviation) < 0.7).all(), dict(zip(NAMES, deviation.round(2), strict=True))
     for key, levels in other.figures.items():
@@ -78,7 +79,7 @@ def test_a_width_that_is_nothing_in_some_draws_is_moved_draw_by_draw() -> None:
 
 def test_the_first_order_shift_leaves_a_loop_nearly_as_it_was() -> None:
     record = loop_to(100.0, POST_TEST)
-    before = PRIOR.to_coordinates({n: np.asarray(v) for n, v in POST_TEST.items()})
+    before = coordinates_of(PRIOR, POST_TEST)
     mapped = PRIOR.to_physical(before + first_order_shift(ASSUMED.alpha, OTHER_ALPHA)[:COUNT])
     there = {name: float(value) for name, value in mapped.items()}
 

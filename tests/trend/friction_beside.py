@@ -17,12 +17,13 @@ from hdprog.physics.effects import BY_ID
 from hdprog.physics.figures import Operation
 from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.loop_evidence import FittedLoop
+from tests.inference.inverse import coordinates_of
 from tests.physics.table2 import POST_TEST
 
 ALPHA = math.radians(30)
 OPERATION = Operation(ALPHA, 60.0, 40.0)
 PRIOR = read_prior_file("csf-25-80").prior(None)
-TRUTH = PRIOR.to_coordinates({name: np.array(value) for name, value in POST_TEST.items()})
+TRUTH = coordinates_of(PRIOR, POST_TEST)
 FRICTION = BY_ID["coulomb_friction"]
 NOISE = 1e-5
 WIDEST = 2e-4

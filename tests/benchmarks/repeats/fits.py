@@ -25,6 +25,7 @@ from hdprog.physics.figures import FigureRequest, Operation, figures
 from hdprog.physics.parameters import NAMES, FloatArray, Parameters, in_support
 from tests.benchmarks.repeats import DRIVE, LEVELS, WHITE, WIDENED, Fit
 from tests.benchmarks.repeats.records import Group, direct_figures
+from tests.inference.inverse import coordinates_of
 
 SEED = 83
 PLAN = QUICK
@@ -178,7 +179,7 @@ def _values(parameters: Parameters, operation: Operation, prior: Prior) -> dict[
     for name in FIGURES:
         if name.endswith("Nm_per_rad"):
             named[name] = np.log(named[name])
-    coordinates = np.atleast_2d(prior.to_coordinates(parameters))
+    coordinates = np.atleast_2d(coordinates_of(prior, parameters))
     return named | {name: coordinates[:, at] for at, name in enumerate(NAMES)}
 
 
