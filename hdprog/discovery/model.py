@@ -26,6 +26,7 @@ of the error's variance (a design effect). Steps wider than the noise leave erro
 angle, which neither white nor correlated noise expects; noise as wide as a step blurs them."""
 CORRELATED_PENALTY = 4.6
 """Log evidence that the two numbers of the correlated noise must earn (χ² with 2 at 1 %)."""
+_MODES = 2  # of a model, from which it is sought anew beside another noise
 _MOST_DOUBT = 25.0
 """Of correlated noise that is held against a curve: beyond it the better one holds."""
 
@@ -133,11 +134,11 @@ def log_evidence(likelihood: LoopLikelihood, start: StartingPoint) -> float:
     return float(value - (CORRELATED_PENALTY if noise.log_ratio is not None else 0.0))
 
 
-def settled(likelihood: LoopLikelihood, starts: Sequence[StartingPoint], modes: int = 2) -> Model:
+def settled(likelihood: LoopLikelihood, starts: Sequence[StartingPoint]) -> Model:
     """The model with its noise found anew about its best mode."""
     noise = noise_about(likelihood, starts[0])
     other = replace(likelihood, noise=noise)
-    found = descend_all(other, [start.point for start in starts[:modes]], 12)
+    found = descend_all(other, [start.point for start in starts[:_MODES]], 12)
     if not found:
         return Model(likelihood, tuple(starts))
     best = Model(other, tuple(sorted(found, key=lambda start: start.deviance)))

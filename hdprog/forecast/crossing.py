@@ -22,7 +22,7 @@ from hdprog.results import LEVELS, Forecast
 from hdprog.trend.trend import Trend
 
 _DRAWS = 4000  # paths: the 95 % point of a few hundred of them is anywhere
-_TOGETHER = 500  # of them, which stay in the processor's cache
+_TOGETHER = 500  # a whole part of them, which stays in the processor's cache
 _TIMES = 140
 _DENSER = 5.0  # log of how much longer the grid's last step is than its first
 _SETTLED = 0.5
@@ -150,7 +150,6 @@ def forecast(
     drive: Drive,
     operation: Operation,
     rng: np.random.Generator,
-    draws: int = _DRAWS,
     load_factor: float = 1.0,
 ) -> tuple[Forecast, ...]:
     """Forecast the first crossing of every limit, and of the first of them where there are more.
@@ -161,7 +160,6 @@ def forecast(
     drive : its limits, in the order of drive.toml, horizon, acceptable risk and next shutdown
     operation : what the figures refer to
     rng : source of randomness
-    draws : number of paths
     load_factor : pace of wear's clock from now on over the pace so far, e.g. 0.8³ at 80 % torque
 
     Raises
@@ -174,9 +172,8 @@ def forecast(
     if not limits:
         return ()
     parts = []
-    for start in range(0, draws, _TOGETHER):
-        some = min(_TOGETHER, draws - start)
-        paths = trend.wandering_paths(hours, rng, some, load_factor)
+    for _ in range(_DRAWS // _TOGETHER):
+        paths = trend.wandering_paths(hours, rng, _TOGETHER, load_factor)
         parts.append(
             [margins(limit, paths, trend.prior, operation, trend.followed) for limit in limits]
         )

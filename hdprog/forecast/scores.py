@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from hdprog.physics.parameters import FloatArray
 
+_CONFIDENCE = 0.95
+
 
 def crps(hours: FloatArray, probability: FloatArray, crossed_at: float) -> float:
     """Continuous ranked probability score up to the horizon, in hours; smaller is better.
@@ -123,14 +125,14 @@ def interval_probability(probability: FloatArray, low: float, high: float) -> fl
     return (1.0 if last < high else max(high, first)) - below
 
 
-def coverage_range(held: int, forecasts: int, confidence: float = 0.95) -> tuple[float, float]:
-    """Shares of intervals that hold the truth which a count does not rule out.
+def coverage_range(held: int, forecasts: int) -> tuple[float, float]:
+    """Shares of intervals that hold the truth which a count does not rule out, at 95 %.
 
     Clopper & Pearson, Biometrika 26, 1934: exact for independent forecasts, never too narrow.
     """
     from scipy.stats import beta
 
-    tail = (1.0 - confidence) / 2.0
+    tail = (1.0 - _CONFIDENCE) / 2.0
     low = float(beta.ppf(tail, held, forecasts - held + 1)) if held > 0 else 0.0
     high = float(beta.isf(tail, held + 1, forecasts - held)) if held < forecasts else 1.0
     return low, high
@@ -156,19 +158,17 @@ class TransformHistogram:
         return bool(np.all((self.counts >= self.low) & (self.counts <= self.high)))
 
 
-def transform_histogram(
-    transforms: Sequence[float], bins: int, confidence: float = 0.95
-) -> TransformHistogram:
+def transform_histogram(transforms: Sequence[float], bins: int) -> TransformHistogram:
     """Histogram of probability integral transforms with a simultaneous band.
 
     Each bin's count is binomial for calibrated independent forecasts; by Bonferroni's inequality
-    all bins lie in the band together with at least the given probability (Dawid, JRSS A 147,
-    1984; Gneiting, Balabdaoui & Raftery, JRSS B 69, 2007, on reading its shape).
+    all bins lie in the band together with a probability of at least 95 % (Dawid, JRSS A 147, 1984;
+    Gneiting, Balabdaoui & Raftery, JRSS B 69, 2007, on reading its shape).
     """
     from scipy.stats import binom
 
     counts = np.histogram(np.asarray(transforms), bins, (0.0, 1.0))[0]
-    tail = (1.0 - confidence) / (2.0 * bins)
+    tail = (1.0 - _CONFIDENCE) / (2.0 * bins)
     low = int(binom.ppf(tail, len(transforms), 1.0 / bins))
     high = int(binom.isf(tail, len(transforms), 1.0 / bins))
     return TransformHistogram(counts, max(low, 0), high)

@@ -66,10 +66,10 @@ _MOST_STEPS = 60
 _DIGITS = 3
 
 
-def operation_of_catalogue(numbers: CatalogueNumbers, alpha: float = DEFAULT_ALPHA) -> Operation:
+def operation_of_catalogue(numbers: CatalogueNumbers) -> Operation:
     """Torques at which a catalogue's stiffness is read."""
     top = TORQUE_REACH * numbers.T2
-    return Operation(alpha, top, top, (numbers.T1, numbers.T2))
+    return Operation(DEFAULT_ALPHA, top, top, (numbers.T1, numbers.T2))
 
 
 def catalogue_prior(name: str, numbers: CatalogueNumbers, source: str) -> PriorFile:

@@ -30,6 +30,7 @@ from hdprog.physics.parameters import FloatArray
 _SMALL = 0.2  # of an amplitude's typical size
 _SMALLEST_COORDINATE = -3.0
 _STRAINED = 2.5  # prior standard deviations
+_BEST = 3  # shapes of the grid that a mode starts with
 _ALIKE = 0.9  # correlation above which two shapes make one start
 _POLISH = 60  # iterations: a start from far away may need many
 _SEVERAL_RATES = 1.6
@@ -99,27 +100,27 @@ class _Shapes:
 
 
 def effect_starts(
-    likelihood: LoopLikelihood, without: Sequence[StartingPoint], *, shapes: int = 3
+    likelihood: LoopLikelihood, without: Sequence[StartingPoint]
 ) -> list[StartingPoint]:
     """Modes of a likelihood whose last effect is new, found from the best shapes of its grid.
+
+    For each of two modes, and for the best one with what stands in for the effect taken back.
 
     Parameters
     ----------
     likelihood : with the new effect last
     without : modes of the same without it, best first
-    shapes : best shapes of the grid to start from, for each of two modes, and for the best one
-        with what stands in for the effect taken back
 
     Returns
     -------
     at least one StartingPoint, best first
     """
     simpler = replace(likelihood, effects=likelihood.effects[:-1])
-    points = [point for start in without[:2] for point in _best_shapes(likelihood, start, shapes)]
+    points = [point for start in without[:2] for point in _best_shapes(likelihood, start)]
     modes = descend_all(likelihood, points, 16)
     # By themselves: they begin far behind the others, where starts are given up.
     for start in _relaxed(simpler, without[0]):
-        modes += descend_all(likelihood, _best_shapes(likelihood, start, shapes))
+        modes += descend_all(likelihood, _best_shapes(likelihood, start))
     if not modes:
         modes = [describe(likelihood, points[0])]
     return sorted(modes, key=lambda start: start.deviance)
@@ -156,7 +157,7 @@ def search_widely(
     return found
 
 
-def _best_shapes(likelihood: LoopLikelihood, start: StartingPoint, count: int) -> list[FloatArray]:
+def _best_shapes(likelihood: LoopLikelihood, start: StartingPoint) -> list[FloatArray]:
     """Points (size,) with the shapes that the residual of a simpler mode asks for most."""
     *before, effect = likelihood.effects
     simpler = replace(likelihood, effects=tuple(before))
@@ -188,7 +189,7 @@ def _best_shapes(likelihood: LoopLikelihood, start: StartingPoint, count: int) -
     for index in np.argsort(-gain):
         if all(abs(explained[index] @ explained[other]) < _ALIKE for other in chosen):
             chosen.append(int(index))
-        if len(chosen) == count:
+        if len(chosen) == _BEST:
             break
     points = []
     for index in chosen:

@@ -21,7 +21,7 @@ import numpy as np
 from hdprog.config.drive import DEFAULT_ALPHA
 from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.starting_points import StartingPoint, descend_all
-from hdprog.physics.figures import FigureRequest, figures
+from hdprog.physics.figures import FigureRequest, Operation, figures
 from hdprog.physics.parameters import BY_NAME, NAMES, FloatArray, in_support
 from hdprog.results import OtherToothAngle
 
@@ -38,22 +38,21 @@ def with_other_tooth_angle(
     requests: Sequence[FigureRequest],
     parameters: Mapping[str, Mapping[float, float]],
     told: Mapping[str, Mapping[float, float]],
-    alpha: float = OTHER_ALPHA,
 ) -> OtherToothAngle | None:
-    """Numbers of a test as they would be with another gear-tooth angle.
+    """Numbers of a test as they would be with the other usual gear-tooth angle, `OTHER_ALPHA`.
 
     Parameters
     ----------
     posterior : of the test's loop, with the assumed angle
     requests : figures of merit
     parameters, told : quantiles of the parameters and figures with the assumed angle
-    alpha : the other angle in rad
 
     Returns
     -------
     None where no mode is found with the other angle
     """
-    modes = _modes(posterior.likelihood, replace(posterior.likelihood, alpha=alpha), posterior.best)
+    there_too = replace(posterior.likelihood, alpha=OTHER_ALPHA)
+    modes = _modes(posterior.likelihood, there_too, posterior.best)
     if modes is None:
         return None
     here, there = (mode.point[:COUNT] for mode in modes)
@@ -63,9 +62,7 @@ def with_other_tooth_angle(
         for name, levels in parameters.items()
     }
     before = figures(requests, prior.to_physical(here[None, :]), posterior.operation)
-    after = figures(
-        requests, prior.to_physical(there[None, :]), replace(posterior.operation, alpha=alpha)
-    )
+    after = figures(requests, prior.to_physical(there[None, :]), _operation(posterior))
     scaled: dict[str, Mapping[float, float]] = {}
     for request in requests:
         key, levels = request.key, told[request.key]
@@ -73,19 +70,21 @@ def with_other_tooth_angle(
             ratio = float(after[key][0] / before[key][0])
             scaled[key] = {level: value * ratio for level, value in levels.items()}
         else:  # a width of exactly 0, where the teeth do not slip, has no ratio
-            drawn = _drawn(posterior, request, shift, alpha)
+            drawn = _drawn(posterior, request, shift)
             scaled[key] = {level: float(np.quantile(drawn, level)) for level in levels}
-    return OtherToothAngle(alpha, moved, scaled)
+    return OtherToothAngle(OTHER_ALPHA, moved, scaled)
 
 
-def _drawn(
-    posterior: Posterior, request: FigureRequest, shift: FloatArray, alpha: float
-) -> FloatArray:
+def _operation(posterior: Posterior) -> Operation:
+    return replace(posterior.operation, alpha=OTHER_ALPHA)
+
+
+def _drawn(posterior: Posterior, request: FigureRequest, shift: FloatArray) -> FloatArray:
     """A figure (draws,) with the other angle, every draw moved as the mode is."""
     moved = posterior.prior.to_physical(posterior.coordinates[posterior.thinned(_DRAWS)] + shift)
-    possible = in_support(moved, alpha)
+    possible = in_support(moved, OTHER_ALPHA)
     inside = {name: values[possible] for name, values in moved.items()}
-    return figures([request], inside, replace(posterior.operation, alpha=alpha))[request.key]
+    return figures([request], inside, _operation(posterior))[request.key]
 
 
 def first_order_shift(alpha: float, other: float) -> FloatArray:
