@@ -19,7 +19,8 @@ class Linearised:
     ----------
     precision : (n, n) Λ, Gauss-Newton curvature, never negative
     information : (n,) η
-    log_likelihood : at the point of linearisation, nuisances at their best, up to a constant
+    log_likelihood : at the point of linearisation, nuisances at their best, up to a constant of
+        the loop: to be compared between points
     """
 
     precision: FloatArray

@@ -11,31 +11,11 @@ from typing import Protocol
 
 import numpy as np
 
+from hdprog.data.tests_table import EVENTS
 from hdprog.errors import BadInputError
+from hdprog.inference.information import Linearised
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.exact_likelihood import ExactEvidence
-
-EVENTS: tuple[str, ...] = ("regreased", "reassembled", "replaced")
-"""What may have been done to a drive just before a test; a break in its trend."""
-
-
-class Linearised(Protocol):
-    """A loop's likelihood near a point: log L(x) ≈ const − ½ xᵀΛx + ηᵀx."""
-
-    @property
-    def precision(self) -> FloatArray:
-        """(n, n) Gauss-Newton curvature Λ, never negative."""
-        ...
-
-    @property
-    def information(self) -> FloatArray:
-        """(n,) η."""
-        ...
-
-    @property
-    def log_likelihood(self) -> float:
-        """Log L at the point itself, comparable between points of one loop."""
-        ...
 
 
 class LoopEvidence(Protocol):

@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hdprog.config.drive import DEFAULT_ALPHA
+from hdprog.inference.information import Linearised
 from hdprog.inference.priors import Prior
 from hdprog.physics.parameters import FloatArray
 from hdprog.results import since_replaced
-from hdprog.trend.evidence import Linearised, LoopEvidence, in_order
+from hdprog.trend.evidence import LoopEvidence, in_order
 from hdprog.trend.followed_effects import FollowedEffects
 from hdprog.trend.gaussian_step import GaussianStep
 from hdprog.trend.hyperparameters import (

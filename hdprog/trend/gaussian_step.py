@@ -23,8 +23,9 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from hdprog.inference.information import Linearised
 from hdprog.physics.parameters import FloatArray
-from hdprog.trend.evidence import Linearised, LoopEvidence
+from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.exact_likelihood import ExactLikelihood, Nuisances
 from hdprog.trend.given_measured import GivenMeasured, Predictor
 from hdprog.trend.relinearise import JointMode

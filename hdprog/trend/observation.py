@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hdprog.inference.information import Linearised
 from hdprog.physics.parameters import FloatArray
-from hdprog.trend.evidence import Linearised
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hdprog.inference.information import Linearised
 from hdprog.physics.parameters import FloatArray
-from hdprog.trend.evidence import Linearised, LoopEvidence
+from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.joint_gaussian import joint_gaussian
 from hdprog.trend.state_space import Steps
 from hdprog.trend.wear_coordinates import linearise

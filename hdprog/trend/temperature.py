@@ -21,8 +21,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from hdprog.inference.information import Linearised
 from hdprog.physics.parameters import FloatArray
-from hdprog.trend.evidence import Linearised, LoopEvidence
+from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.observation import Observations
 from hdprog.trend.wear_prior import WearPrior
 
@@ -128,15 +129,6 @@ class Warming:
 
 
 @dataclass(frozen=True)
-class _Widened:
-    """A loop behind the part of a temperature that is not known."""
-
-    precision: FloatArray
-    information: FloatArray
-    log_likelihood: float
-
-
-@dataclass(frozen=True)
 class SeenTests:
     """Loops as the trend takes them, in order, with what temperatures that are not known add.
 
@@ -195,7 +187,7 @@ def _behind(loop: Linearised, part: FloatArray) -> Linearised:
         return loop
     matrix = np.eye(len(part)) + loop.precision @ part
     precision = np.linalg.solve(matrix, loop.precision)
-    return _Widened(
+    return Linearised(
         np.asarray(0.5 * (precision + precision.T)),
         np.asarray(np.linalg.solve(matrix, loop.information)),
         loop.log_likelihood,

@@ -14,14 +14,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hdprog.inference.information import Linearised
 from hdprog.inference.pareto_weights import pareto_weights, worth
 from hdprog.physics.parameters import FloatArray
-from hdprog.trend.evidence import Linearised
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.gaussian_step import GaussianStep, Test
 from hdprog.trend.relinearise import JointPrior
 from hdprog.trend.ridge_map import onto_ridges
-from hdprog.trend.wear_coordinates import Information, possible, to_loop
+from hdprog.trend.wear_coordinates import possible, to_loop
 
 _ROUNDS = 2
 _DRAWS = 1500
@@ -87,7 +87,7 @@ class _Cavity:
         own = 0.5 * np.einsum("di,ij,dj->d", away, self.held, away) + away @ self.left
         return np.asarray(own - 0.5 * self.among.squares(points))
 
-    def loop_of(self, found: _Gaussian) -> Information:
+    def loop_of(self, found: _Gaussian) -> Linearised:
         """The loop that beside the cavity makes this Gaussian of all."""
         lower = np.asarray(np.linalg.cholesky(self.among.covariance))
         before = np.linalg.inv(self.among.covariance)
@@ -96,7 +96,7 @@ class _Cavity:
         moved = found.mean - self.among.mean
         slope = (before - self.held) @ moved - self.left
         precision = _with_a_top(gained + self.held, slope, lower)
-        return Information(precision, precision @ found.mean + slope, 0.0)
+        return Linearised(precision, precision @ found.mean + slope, 0.0)
 
 
 def with_tilted_loops(

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from hdprog.inference.information import Linearised
 from hdprog.physics.parameters import FloatArray
-from hdprog.trend.evidence import Linearised, LoopEvidence
+from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.hyperparameters import LogDensity
 from hdprog.trend.kalman_filter import log_evidence
 from hdprog.trend.state_space import HYPERPARAMETERS, Steps, Timeline, steps_of

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hdprog.inference.information import Linearised
+from hdprog.inference.likelihood import sigmoid
 from hdprog.inference.priors import Prior
 from hdprog.physics.parameters import BY_NAME, NAMES, FloatArray
 from hdprog.trend.evidence import LoopEvidence
@@ -24,10 +26,6 @@ _SOFTPLUS = BY_NAME["T_T"]
 STIFFEST_TEETH = 20.0
 """Times the cup's stiffness that the teeth's b may be. New gears have twice to thrice the cup's;
 beyond this loops see the cup alone, and nothing would hold a trend that lets teeth heal."""
-
-
-def _sigmoid(value: FloatArray) -> FloatArray:
-    return np.asarray(np.exp(-np.logaddexp(0.0, -value)))
 
 
 def to_loop(wear: FloatArray) -> FloatArray:
@@ -55,8 +53,8 @@ def mesh_threshold(wear: FloatArray, softplus_scale: float) -> FloatArray:
 def slope(wear: FloatArray) -> FloatArray:
     """Differentiate the loop's coordinates by the wear coordinates; (..., n) each."""
     found = np.ones_like(wear)
-    inner = _sigmoid(wear[..., _T_T]) / _SHARPER
-    found[..., _T_T] = inner / _sigmoid(to_loop(wear)[..., _T_T])
+    inner = sigmoid(wear[..., _T_T]) / _SHARPER
+    found[..., _T_T] = inner / sigmoid(to_loop(wear)[..., _T_T])
     return found
 
 
@@ -91,20 +89,11 @@ class StatePrior:
         )
 
 
-@dataclass(frozen=True)
-class Information:
-    """A loop's likelihood near a point of wear coordinates; see `evidence.Linearised`."""
-
-    precision: FloatArray
-    information: FloatArray
-    log_likelihood: float
-
-
-def linearise(test: LoopEvidence, point: FloatArray) -> Information:
+def linearise(test: LoopEvidence, point: FloatArray) -> Linearised:
     """Information form of a loop's likelihood at wear coordinates (n,)."""
     at = to_loop(point)
     found = test.linearise(at)
     steep = slope(point)
     precision = steep[:, None] * found.precision * steep
     pull = steep * (found.information - found.precision @ at)
-    return Information(precision, precision @ point + pull, found.log_likelihood)
+    return Linearised(precision, precision @ point + pull, found.log_likelihood)

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from hdprog.inference.information import Linearised
 from hdprog.physics.parameters import NAMES
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.observation import Observations
 from hdprog.trend.smoother import smooth
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
-from hdprog.trend.wear_coordinates import Information, StatePrior, from_loop
+from hdprog.trend.wear_coordinates import StatePrior, from_loop
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.trend.stand_in import PRIOR
 
@@ -34,7 +35,7 @@ def change_found(precision: float, points: np.ndarray) -> float:
     steps = Steps.of(timeline, values, StatePrior.of(PRIOR, wear_prior), wear_prior)
     along = np.eye(8)[T_I]
     loops = [
-        Information(precision * np.outer(along, along), precision * point * along, 0.0)
+        Linearised(precision * np.outer(along, along), precision * point * along, 0.0)
         for point in points
     ]
     seen = Observations.of(loops, wear_prior.scales)
@@ -68,8 +69,8 @@ class SilentTest:
     temperature_C: float | None = None
     exact: None = None
 
-    def linearise(self, coordinates: np.ndarray) -> Information:
-        return Information(np.zeros((8, 8)), np.zeros(8), 0.0)
+    def linearise(self, coordinates: np.ndarray) -> Linearised:
+        return Linearised(np.zeros((8, 8)), np.zeros(8), 0.0)
 
 
 def test_forty_silent_tests_add_nothing() -> None:

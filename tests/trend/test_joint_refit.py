@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from hdprog.inference.information import Linearised
 from hdprog.inference.ridge_coordinates import from_unconstrained
 from hdprog.physics.parameters import NAMES
 from hdprog.trend import gaussian_step, joint_chains, joint_refit, wear_coordinates
-from hdprog.trend.evidence import Linearised
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.hyperparameters import HyperparameterDraws
 from hdprog.trend.joint_refit import Effort, Met, met_by_tests

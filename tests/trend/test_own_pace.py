@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hdprog.inference.information import Linearised
 from hdprog.physics.parameters import NAMES
 from hdprog.trend.kalman_filter import RATE
 from hdprog.trend.observation import Observations
 from hdprog.trend.smoother import Course, smooth
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
-from hdprog.trend.wear_coordinates import Information, StatePrior
+from hdprog.trend.wear_coordinates import StatePrior
 from hdprog.trend.wear_prior import WearPrior, read_wear_prior
 
 STATE = StatePrior(np.zeros(8), np.ones(8))
@@ -29,7 +30,7 @@ def followed(wear_prior: WearPrior, late: float) -> Course:
     states = wear[:, None] * wear_prior.loading_mean
     gone = np.where(HOURS > 1000.0, late, 1.0) * steps.wear[0]
     states[:, T_I] = np.cumsum(gone) * wear_prior.loading_mean[T_I]
-    loops = [Information(np.eye(8) / READ**2, state / READ**2, 0.0) for state in states]
+    loops = [Linearised(np.eye(8) / READ**2, state / READ**2, 0.0) for state in states]
     seen = Observations.of(loops, wear_prior.scales)
     return smooth(steps, *seen.behind_scatter(values.scatter)[:2])
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hdprog.inference.information import Linearised
 from hdprog.physics.parameters import NAMES
 from hdprog.trend import relinearise
-from hdprog.trend.evidence import Linearised
 from hdprog.trend.ridge_map import onto_ridges
 from hdprog.trend.ridge_paths import RidgePath, _rising, ridge_paths
-from hdprog.trend.wear_coordinates import Information, to_loop
+from hdprog.trend.wear_coordinates import to_loop
 from tests.trend.stand_in import NEW, WEAR
 from tests.trend.two_tests import FIXED, Problem, step_covariance, two_tests, worn_by
 
@@ -151,10 +151,10 @@ def test_a_path_comes_back_from_thresholds_that_no_record_sees() -> None:
     assert path.spread > 20.0
 
 
-def linearised(loop: Linearised, point: np.ndarray) -> Information:
+def linearised(loop: Linearised, point: np.ndarray) -> Linearised:
     """A Gaussian loop itself, as high as it is at the point."""
     height = point @ (loop.information - 0.5 * loop.precision @ point)
-    return Information(loop.precision, loop.information, float(height))
+    return Linearised(loop.precision, loop.information, float(height))
 
 
 def test_of_gaussian_loops_it_is_the_straight_line_of_regression(

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hdprog.inference.information import Linearised
 from hdprog.trend.kalman_filter import log_evidence
 from hdprog.trend.observation import Observations
 from hdprog.trend.relinearise import JointPrior
 from hdprog.trend.smoother import draw, smooth
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
-from hdprog.trend.wear_coordinates import Information, StatePrior
+from hdprog.trend.wear_coordinates import StatePrior
 from hdprog.trend.wear_prior import read_wear_prior
 
 WEAR_PRIOR = read_wear_prior()
@@ -30,13 +31,13 @@ def model(draws: int, rng: np.random.Generator) -> tuple[Steps, np.ndarray]:
     return Steps.of(timeline, values, STATE, WEAR_PRIOR), values.scatter
 
 
-def loops(rng: np.random.Generator) -> list[Information]:
+def loops(rng: np.random.Generator) -> list[Linearised]:
     """Loops of differing rank: from one that says nothing to one that says all."""
     found = []
     for rank in (8, 3, 8, 0, 8, 5):
         sensitivity = rng.standard_normal((rank, 8)) * 20.0
         seen = sensitivity @ (STATE.mean + rng.standard_normal(8))
-        found.append(Information(sensitivity.T @ sensitivity, sensitivity.T @ seen, 0.0))
+        found.append(Linearised(sensitivity.T @ sensitivity, sensitivity.T @ seen, 0.0))
     return found
 
 
@@ -94,7 +95,7 @@ def block_diagonal(blocks: np.ndarray) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def case() -> tuple[Steps, np.ndarray, list[Information]]:
+def case() -> tuple[Steps, np.ndarray, list[Linearised]]:
     rng = np.random.default_rng(11)
     steps, scatter = model(3, rng)
     return steps, scatter, loops(rng)

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from statsmodels.tsa.statespace.kalman_smoother import KalmanSmoother
 
+from hdprog.inference.information import Linearised
 from hdprog.trend.kalman_filter import log_evidence
 from hdprog.trend.observation import Observations
 from hdprog.trend.smoother import smooth
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
-from hdprog.trend.wear_coordinates import Information, StatePrior
+from hdprog.trend.wear_coordinates import StatePrior
 from hdprog.trend.wear_prior import read_wear_prior
 
 WEAR_PRIOR = read_wear_prior()
@@ -40,7 +41,7 @@ class Case:
             for one in self.sensitivity
         ]
         loops = [
-            Information(one.T @ one, one.T @ seen, 0.0)
+            Linearised(one.T @ one, one.T @ seen, 0.0)
             for one, seen in zip(self.sensitivity, self.seen, strict=True)
         ]
         self.observed = Observations.of(loops, WEAR_PRIOR.scales)

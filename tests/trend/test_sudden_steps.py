@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from hdprog.config import Drive, ForecastSettings
+from hdprog.inference.information import Linearised
 from hdprog.inference.likelihood import COUNT
 from hdprog.physics.figures import ARCMIN_PER_RAD
 from hdprog.physics.parameters import FloatArray
@@ -19,7 +20,6 @@ from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.sudden_steps import came_at_once, clear_step, sudden_steps
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_clock import hours_by_load
-from hdprog.trend.wear_coordinates import Information
 from hdprog.trend.wear_prior import SuddenStep, read_wear_prior
 from tests.trend.friction_beside import ALPHA, OPERATION, WIDEST, evidence, followed_by, likelihood
 from tests.trend.friction_beside import PRIOR as OF_LOOPS
@@ -170,9 +170,9 @@ class Told:
     def posterior(self) -> FloatArray:
         return np.append(OF_LOOPS.mean, self.amplitude)[None]
 
-    def linearise(self, _coordinates: FloatArray) -> Information:
+    def linearise(self, _coordinates: FloatArray) -> Linearised:
         precision = np.diag([0.0] * COUNT + [0.03**-2])
-        return Information(precision, precision[-1] * self.amplitude, 0.0)
+        return Linearised(precision, precision[-1] * self.amplitude, 0.0)
 
 
 def test_new_grease_may_change_friction_beside_the_model_and_nothing_else_beside_it() -> None:

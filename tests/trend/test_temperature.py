@@ -11,6 +11,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from hdprog.errors import BadInputError
+from hdprog.inference.information import Linearised
 from hdprog.shipped import shipped
 from hdprog.trend.kalman_filter import at_reference, log_evidence, per_step_of_warmth
 from hdprog.trend.relinearise import JointPrior
@@ -18,7 +19,7 @@ from hdprog.trend.smoother import draw, smooth
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
 from hdprog.trend.temperature import SeenTests, Temperatures
 from hdprog.trend.wear_clock import ServiceClock
-from hdprog.trend.wear_coordinates import Information, StatePrior
+from hdprog.trend.wear_coordinates import StatePrior
 from hdprog.trend.wear_prior import FILE, read_wear_prior
 
 COUNT, DRAWS = 8, 3
@@ -56,7 +57,7 @@ class Case:
             for one in self.sensitivity
         ]
         loops = [
-            Information(one.T @ one, one.T @ seen, 0.0)
+            Linearised(one.T @ one, one.T @ seen, 0.0)
             for one, seen in zip(self.sensitivity, self.readings, strict=True)
         ]
         self.seen = SeenTests.of(loops, self.tests, WEAR_PRIOR)

@@ -11,6 +11,7 @@ from scipy.stats import binom
 
 from hdprog.config import Drive, ForecastSettings, Limit
 from hdprog.forecast.scores import sample_crps
+from hdprog.inference.information import Linearised
 from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.results import TrendSummary
 from hdprog.trend.figure_paths import figure_paths
@@ -23,7 +24,7 @@ from hdprog.trend.temperature import SeenTests
 from hdprog.trend.temperature_effect import temperature_effect, warmth_added
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_clock import ServiceClock
-from hdprog.trend.wear_coordinates import Information, StatePrior, from_loop, slope, to_loop
+from hdprog.trend.wear_coordinates import StatePrior, from_loop, slope, to_loop
 from hdprog.trend.wear_prior import read_wear_prior
 from tests.hasty import HASTY
 from tests.trend.cold_and_hot import CHANGE, COLD_AND_HOT, HOURS, MU, REACHED, drive
@@ -51,12 +52,12 @@ class Reading:
     def posterior(self) -> np.ndarray:
         return to_loop(self.wear)[None]
 
-    def linearise(self, coordinates: np.ndarray) -> Information:
+    def linearise(self, coordinates: np.ndarray) -> Linearised:
         at = from_loop(coordinates)
         steep = 1.0 / slope(at) / READ
         precision, missed = np.diag(steep**2), (self.wear - at) / READ
         information = precision @ coordinates + steep * missed
-        return Information(precision, information, -0.5 * float(missed @ missed))
+        return Linearised(precision, information, -0.5 * float(missed @ missed))
 
 
 def readings(
@@ -92,7 +93,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
         clock = ServiceClock.of(tests)
         timeline, _ = Timeline.of(tests, clock, WEAR_PRIOR)
         steps = Steps.of(timeline, many, STATE, WEAR_PRIOR)
-        loops = [Information(np.eye(8) / READ**2, test.wear / READ**2, 0.0) for test in tests]
+        loops = [Linearised(np.eye(8) / READ**2, test.wear / READ**2, 0.0) for test in tests]
         seen = SeenTests.of(loops, tests, WEAR_PRIOR).observations
         behind = draw(steps, seen, many.scatter, rng)
         last = at_reference(steps, behind.states[:, -1], behind.carried, HOURS.size - 1)

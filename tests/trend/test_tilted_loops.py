@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from hdprog.inference.information import Linearised
 from hdprog.inference.pareto_weights import pareto_weights, worth
 from hdprog.trend import tilted_loops
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.gaussian_step import GaussianStep
 from hdprog.trend.ridge_map import RidgeMap
 from hdprog.trend.tilted_loops import _Cavity, _Gaussian, with_tilted_loops
-from hdprog.trend.wear_coordinates import Information, from_loop
+from hdprog.trend.wear_coordinates import from_loop
 from tests.trend.two_tests import (
     COUNTED,
     FIXED,
@@ -188,7 +189,7 @@ def test_a_loop_that_is_exact_is_left_alone(problem: Problem) -> None:
 def test_a_loop_that_leans_where_it_leaves_all_open_has_a_top() -> None:
     """Else wear without bounds, by which predictions widen, would be believed the more."""
     among = _Gaussian(np.zeros(2), np.eye(2))
-    cavity = _Cavity.of(among, Information(np.diag([0.0, 0.9]), np.zeros(2), 0.0))
+    cavity = _Cavity.of(among, Linearised(np.diag([0.0, 0.9]), np.zeros(2), 0.0))
     found = _Gaussian(np.array([0.5, 0.1]), np.diag([1.2, 1.0]))
     loop = cavity.loop_of(found)
     slope = loop.information - loop.precision @ found.mean

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from hdprog.inference.information import Linearised
 from hdprog.trend import gaussian_step
-from hdprog.trend.evidence import Linearised
 from hdprog.trend.hyperparameters import HyperparameterDraws, sample, starting_walkers
 from hdprog.trend.joint_chains import Chains
 from hdprog.trend.state_space import HYPERPARAMETERS

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hdprog.inference.information import Linearised
 from hdprog.inference.ridge_coordinates import to_unconstrained
 from hdprog.physics.parameters import NAMES
-from hdprog.trend.evidence import Linearised
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.gaussian_step import GaussianStep
 from hdprog.trend.relinearise import JointPrior, joint_mode

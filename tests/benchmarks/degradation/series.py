@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from hdprog.inference.information import Linearised
 from hdprog.inference.priors import Prior
 from hdprog.physics.parameters import NAMES, FloatArray
-from hdprog.trend.wear_coordinates import Information
 from hdprog.trend.wear_prior import Loading, LogNormal, WearPrior, WearRate, read_wear_prior
 from tests.trend.stand_in import PRIOR
 
@@ -110,13 +110,13 @@ class Reading:
         point[AT] = self.value
         return point[None]
 
-    def linearise(self, coordinates: FloatArray) -> Information:
+    def linearise(self, coordinates: FloatArray) -> Linearised:
         """Exact: the reading is a Gaussian."""
         precision, information = np.zeros((len(NAMES), len(NAMES))), np.zeros(len(NAMES))
         precision[AT, AT] = _READING_ERROR**-2
         information[AT] = self.value / _READING_ERROR**2
         missed = (self.value - coordinates[AT]) / _READING_ERROR
-        return Information(precision, information, -0.5 * float(missed**2))
+        return Linearised(precision, information, -0.5 * float(missed**2))
 
 
 def readings(series: Series, count: int, prior: Prior) -> list[Reading]:

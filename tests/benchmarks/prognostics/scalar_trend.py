@@ -16,6 +16,7 @@ import numpy as np
 
 from hdprog.forecast.crossing import Crossing, first_crossing
 from hdprog.forecast.limits import Margins
+from hdprog.inference.information import Linearised
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.ahead import simulate_ahead
 from hdprog.trend.hyperparameters import HyperparameterDraws, LogDensity
@@ -27,7 +28,7 @@ from hdprog.trend.steady_evidence import said_by, sampled, steady_said
 from hdprog.trend.steady_pace import Told
 from hdprog.trend.trend_density import FARTHEST_DEVIATE, MOST_WEAR, UNWORN
 from hdprog.trend.wear_clock import ServiceClock
-from hdprog.trend.wear_coordinates import Information, StatePrior
+from hdprog.trend.wear_coordinates import StatePrior
 from hdprog.trend.wear_prior import RateAhead, WearPrior
 from tests.benchmarks.degradation.series import AT, Reading
 
@@ -46,13 +47,13 @@ def of_one_figure(steps: Steps) -> Steps:
     )
 
 
-def information(readings: Sequence[Reading]) -> tuple[Information, ...]:
+def information(readings: Sequence[Reading]) -> tuple[Linearised, ...]:
     """What each reading says of its one coordinate."""
     found = []
     for reading in readings:
         whole = reading.linearise(np.zeros(len(NAMES)))
         found.append(
-            Information(
+            Linearised(
                 whole.precision[np.ix_([AT], [AT])],
                 whole.information[[AT]],
                 whole.log_likelihood,
