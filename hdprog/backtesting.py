@@ -30,7 +30,7 @@ from hdprog.parallel import prepare_numerics, process_executor, spread_over
 from hdprog.results import Provenance
 from hdprog.tests_of_drive import fit_tests, with_rated_torque
 from hdprog.trend.loop_evidence import FittedLoop
-from hdprog.trend.wear_clock import hours_by_load
+from hdprog.trend.wear_clock import load_hours_of
 from hdprog.trend.wear_prior import read_wear_prior
 
 Progress = Callable[[str, int, int], None]
@@ -257,13 +257,7 @@ def _evidence(folder: DriveFolder, posteriors: Sequence[Posterior]) -> list[Fitt
 
 def _known(folder: DriveFolder, evidence: Sequence[FittedLoop], count: int) -> list[FittedLoop]:
     """Evidence of the first tests, its hours by load counted from these tests alone."""
-    tests = folder.tests[:count]
-    by_load = hours_by_load(
-        [test.service_hours for test in tests],
-        [test.mean_torque_Nm for test in tests],
-        [test.mean_speed_rpm for test in tests],
-    )
+    loads = load_hours_of(folder.tests[:count])
     return [
-        replace(one, load_hours=load)
-        for one, load in zip(evidence, by_load or [None] * count, strict=False)
+        replace(one, load_hours=load) for one, load in zip(evidence[:count], loads, strict=True)
     ]

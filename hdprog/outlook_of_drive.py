@@ -24,7 +24,8 @@ from hdprog.trend.joint_refit import NONE, Effort
 from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.steady_pace import SteadySaid, Told
 from hdprog.trend.sudden_steps import came_at_once
-from hdprog.trend.wear_clock import hours_by_load, pace_of_load
+from hdprog.trend.summary import summarise
+from hdprog.trend.wear_clock import load_hours_of, pace_of_load
 from hdprog.trend.wear_prior import WearPrior
 from hdprog.trend.what_tests_say import told_early
 
@@ -81,7 +82,7 @@ class OutlookUnderWay:
             )
             for load in loads
         )
-        summary = trend.summary(self.drive, self.operation, rng, early)
+        summary = summarise(trend, self.drive, self.operation, rng, early)
         if summary.fleet is not None and self.others is not None:
             fleet = replace(summary.fleet, left_out=self.others.left_out)
             said = (*summary.warnings, *self.others.doubts)
@@ -137,8 +138,17 @@ def begin_outlook(
     executor : samples loops and trend in parts side by side; in this process if None
     joint_effort : of that; what `quick` says if None
     """
-    trend = _begin_trend(
-        folder, posteriors, lasting, wear_prior, others, seeds[0], quick, executor, joint_effort
+    evidence = _evidence(folder, posteriors, lasting)
+    trend = begin_trend(
+        evidence,
+        posteriors[0].prior,
+        wear_prior if others is None else _taught_by(others, wear_prior),
+        np.random.default_rng(seeds[0]),
+        quick=quick,
+        alpha=folder.drive.alpha,
+        followed=evidence[0].followed,
+        joint_effort=joint_effort,
+        executor=executor,
     )
     return OutlookUnderWay(folder.drive, posteriors[0].operation, trend, others, seeds[1])
 
@@ -160,31 +170,6 @@ def begin_beside(
     )
 
 
-def _begin_trend(
-    folder: DriveFolder,
-    posteriors: tuple[Posterior, ...],
-    lasting: tuple[Effect, ...],
-    wear_prior: WearPrior,
-    others: FinishedRuns | None,
-    seed: np.random.SeedSequence,
-    quick: bool,
-    executor: Executor | None,
-    joint_effort: Effort | None,
-) -> TrendUnderWay:
-    evidence = _evidence(folder, posteriors, lasting)
-    return begin_trend(
-        evidence,
-        posteriors[0].prior,
-        wear_prior if others is None else _taught_by(others, wear_prior),
-        np.random.default_rng(seed),
-        quick=quick,
-        alpha=folder.drive.alpha,
-        followed=evidence[0].followed,
-        joint_effort=joint_effort,
-        executor=executor,
-    )
-
-
 def _evidence(
     folder: DriveFolder, posteriors: tuple[Posterior, ...], lasting: tuple[Effect, ...]
 ) -> tuple[FittedLoop, ...]:
@@ -193,17 +178,10 @@ def _evidence(
     if lasting:
         found = [(one.likelihood.reduced.course.scales, one.effect_values) for one in posteriors]
         followed = FollowedEffects.of(lasting, found)
-    hours = [test.service_hours for test in folder.tests]
-    by_load = hours_by_load(
-        hours,
-        [test.mean_torque_Nm for test in folder.tests],
-        [test.mean_speed_rpm for test in folder.tests],
-    )
+    each = zip(folder.tests, posteriors, load_hours_of(folder.tests), strict=True)
     return tuple(
         FittedLoop.of(posterior, test.service_hours, test.event, test.temperature_C, load, followed)
-        for test, posterior, load in zip(
-            folder.tests, posteriors, by_load or [None] * len(hours), strict=True
-        )
+        for test, posterior, load in each
     )
 
 

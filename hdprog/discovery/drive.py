@@ -27,6 +27,7 @@ from hdprog.inference.posterior import Posterior
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.base import Effect
 from hdprog.physics.parameters import FloatArray
+from hdprog.results import lives
 
 _FEWEST_TESTS = 3
 _GROWN = 1.5  # times over the tests: less may be the scatter of remounting
@@ -152,9 +153,7 @@ def _lives(
     sizes: FloatArray, events: Sequence[str | None]
 ) -> list[tuple[FloatArray, list[str | None]]]:
     """Sizes and events of each drive that was there, one after the other."""
-    begins = [0, *(at for at, event in enumerate(events) if event == "replaced" and at > 0)]
-    ends = [*begins[1:], len(events)]
-    return [(sizes[at:end], list(events[at:end])) for at, end in zip(begins, ends, strict=True)]
+    return [(sizes[tests], list(events[tests])) for tests in lives(events)]
 
 
 def _along_hours(sizes: FloatArray) -> Origin:

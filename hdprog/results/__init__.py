@@ -32,7 +32,7 @@ from hdprog.results.of_trend import (
     TrendSummary,
     WearSaid,
 )
-from hdprog.results.since_replaced import since_replaced
+from hdprog.results.since_replaced import lives, since_replaced
 
 __all__ = [
     "LEVELS",
@@ -62,5 +62,6 @@ __all__ = [
     "TestResult",
     "TrendSummary",
     "WearSaid",
+    "lives",
     "since_replaced",
 ]

@@ -28,7 +28,7 @@ from hdprog.physics.parameters import FloatArray
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.exact_likelihood import ExactLikelihood, Nuisances
 from hdprog.trend.given_measured import GivenMeasured, Predictor
-from hdprog.trend.relinearise import JointMode
+from hdprog.trend.relinearise import JointMode, JointPrior
 from hdprog.trend.ridge_map import RidgeMap, onto_ridges
 from hdprog.trend.smoother import draw
 from hdprog.trend.state_space import Steps, Timeline, steps_of
@@ -187,6 +187,11 @@ class GaussianStep:
     def steps_of(self, deviates: FloatArray) -> tuple[Steps, FloatArray]:
         """Steps along the tests, and scatter (draws,), of hyperparameters' deviates (draws, k)."""
         return steps_of(deviates, self.timeline, self.state_prior, self.wear_prior)
+
+    def joint_prior(self, deviates: FloatArray) -> JointPrior:
+        """What the trend says of all that the tests met, given hyperparameters' deviates (k,)."""
+        steps, scatter = self.steps_of(deviates[None])
+        return JointPrior.of(steps, float(scatter[0]), self.wear_prior.scales)
 
     def log_weight(
         self, tangents: Tangents, squares: Callable[[FloatArray], FloatArray]

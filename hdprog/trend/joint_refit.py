@@ -93,19 +93,6 @@ class Met:
         return replace(self, deviates=self.deviates[chosen], measured=self.measured[chosen])
 
 
-def met_by_tests(
-    step: GaussianStep,
-    draws: HyperparameterDraws,
-    rng: np.random.Generator,
-    effort: Effort,
-) -> Met:
-    """Draw hyperparameters and what every test met, given all loops as they are.
-
-    Parameters as in `begin_meeting`.
-    """
-    return begin_meeting(step, draws, rng, effort)()
-
-
 def begin_meeting(
     step: GaussianStep,
     draws: HyperparameterDraws,
@@ -113,7 +100,9 @@ def begin_meeting(
     effort: Effort,
     executor: Executor | None = None,
 ) -> Callable[[], Met]:
-    """Begin `met_by_tests`, and wait for it only when what this returns is called.
+    """Begin to draw hyperparameters and what every test met, given all loops as they are.
+
+    It is waited for only when what this returns is called.
 
     Parameters
     ----------

@@ -134,13 +134,11 @@ def joint_precision(mode: JointMode, prior: JointPrior) -> FloatArray:
 
 def laplace_evidence(mode: JointMode, prior: JointPrior) -> float:
     """Log of the integral over all that the tests met, by Laplace's method, up to a constant."""
-    precision, _ = _joint(mode.loops, mode.points, prior)
     height = _height(mode.loops, mode.points, prior)
-    return height - 0.5 * float(np.linalg.slogdet(precision)[1])
+    return height - 0.5 * float(np.linalg.slogdet(joint_precision(mode, prior))[1])
 
 
 def moved(before: FloatArray, after: JointMode, prior: JointPrior) -> float:
     """Distance of two points of linearisation (tests, n) in joint posterior spreads, per number."""
-    precision, _ = _joint(after.loops, after.points, prior)
     step = (after.points - before).ravel()
-    return float(np.sqrt(step @ precision @ step / step.size))
+    return float(np.sqrt(step @ joint_precision(after, prior) @ step / step.size))

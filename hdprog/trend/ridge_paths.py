@@ -185,8 +185,7 @@ def ridge_paths(
     spread : map over the paths, e.g. an executor's
     """
     tests = [test.evidence for test in step.tests]
-    steps, scatter = step.steps_of(deviates[None])
-    prior = JointPrior.of(steps, float(scatter[0]), step.wear_prior.scales)
+    prior = step.joint_prior(deviates)
     mode = joint_mode(tests, np.stack([test.point for test in step.tests]), prior, _FIRST_STEPS)
     covariance = np.linalg.inv(joint_precision(mode, prior))
     held, wide = list[_Held](), list[float]()

@@ -20,6 +20,7 @@ from scipy.special import logsumexp
 
 from hdprog.inference.priors import Prior
 from hdprog.physics.parameters import NAMES, FloatArray
+from hdprog.results import lives
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.wear_clock import ServiceClock, WearClock
@@ -59,16 +60,15 @@ def sudden_steps(
     wear_prior : of a state that holds the amplitudes
     """
     seen, spread = _amplitudes_seen(tests, StatePrior.of(prior, wear_prior))
-    begins = [at for at, test in enumerate(tests) if at == 0 or test.event == "replaced"]
     clock, found = ServiceClock.of(tests), []
-    for first, end in zip(begins, [*begins[1:], len(tests)], strict=True):
-        life = tests[first:end]
+    for own_tests in lives([test.event for test in tests]):
+        life, first = tests[own_tests], own_tests.start
         new = life[0].service_hours if life[0].event == "replaced" else 0.0
         hours = np.array([test.service_hours for test in life])
         by_load = clock(hours) - clock(np.array(new)) if clock.by_load else None
         declared = np.array([wear_prior.event_variance(test.event) > 0 for test in life])
         for amplitude in range(wear_prior.followed):
-            own = seen[first:end, amplitude], spread[first:end, amplitude]
+            own = seen[own_tests, amplitude], spread[own_tests, amplitude]
             stepped = declared[:, len(NAMES) + amplitude]
             step = clear_step(hours - new, *own, stepped, wear_prior, by_load)
             if step is not None:

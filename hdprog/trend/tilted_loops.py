@@ -112,8 +112,7 @@ def with_tilted_loops(
     deviates : (k,) of the hyperparameters, which the trend is held at meanwhile
     rng : source of randomness
     """
-    steps, scatter = step.steps_of(deviates[None])
-    prior = JointPrior.of(steps, float(scatter[0]), step.wear_prior.scales)
+    prior = step.joint_prior(deviates)
     for _ in range(_ROUNDS):
         step = _tilted(step, prior, rng)
     return step

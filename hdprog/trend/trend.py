@@ -8,11 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from hdprog.config import Drive
 from hdprog.inference.priors import Prior
-from hdprog.physics.figures import Operation
 from hdprog.physics.parameters import NAMES, FloatArray
-from hdprog.results import TrendSummary, since_replaced
+from hdprog.results import since_replaced
 from hdprog.trend.ahead import simulate_ahead, within_reach, worn_ahead
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.followed_effects import FollowedEffects
@@ -22,7 +20,6 @@ from hdprog.trend.joint_refit import Met
 from hdprog.trend.kalman_filter import at_reference, per_step_of_warmth
 from hdprog.trend.relinearise import JointMode
 from hdprog.trend.state_space import HYPERPARAMETERS, LOAD_SHARE, Hyperparameters, Steps, Timeline
-from hdprog.trend.steady_pace import ToldEarly
 from hdprog.trend.temperature import SeenTests
 from hdprog.trend.wear_clock import ServiceClock
 from hdprog.trend.wear_coordinates import StatePrior, to_loop
@@ -128,21 +125,15 @@ class Trend(LinearisedTrend):
         hours = {test.service_hours for test in since_replaced(self.tests)}
         return self.wear_prior.rate_ahead if len(hours) > 1 else _LEVEL
 
-    def paths(
-        self,
-        hours: FloatArray,
-        rng: np.random.Generator,
-        draws: int = 1000,
-        load_factor: float = 1.0,
-    ) -> FloatArray:
+    def paths(self, hours: FloatArray, rng: np.random.Generator, draws: int) -> FloatArray:
         """Coordinates (draws, times, n) of paths of the drive's state; see `wandering_paths`."""
-        return self.wandering_paths(hours, rng, draws, load_factor).coordinates
+        return self.wandering_paths(hours, rng, draws).coordinates
 
     def wandering_paths(
         self,
         hours: FloatArray,
         rng: np.random.Generator,
-        draws: int = 1000,
+        draws: int,
         load_factor: float = 1.0,
     ) -> Paths:
         """Paths of the drive's state, without the scatter of remounting.
@@ -180,7 +171,7 @@ class Trend(LinearisedTrend):
             values.scatter[:, None] * self.wear_prior.scales,
         )
 
-    def measured(self, rng: np.random.Generator, draws: int = 500) -> FloatArray:
+    def measured(self, rng: np.random.Generator, draws: int) -> FloatArray:
         """Draw what each test met, scatter and warmth included, given all: (draws, tests, n)."""
         return to_loop(self.met.thinned(draws, rng).measured)
 
@@ -221,18 +212,6 @@ class Trend(LinearisedTrend):
     def _in_use(self) -> tuple[str, ...]:
         by_load = self.clock.by_load
         return tuple(name for name in HYPERPARAMETERS if by_load or name != LOAD_SHARE)
-
-    def summary(
-        self,
-        drive: Drive,
-        operation: Operation,
-        rng: np.random.Generator,
-        early: ToldEarly | None = None,
-    ) -> TrendSummary:
-        """Put the trend into numbers ready to be written; see `hdprog.trend.summary.summarise`."""
-        from hdprog.trend.summary import summarise
-
-        return summarise(self, drive, operation, rng, early)
 
     def given(self, values: Hyperparameters) -> GivenMeasured:
         """The trend along its tests under hyperparameters, given what the tests met."""

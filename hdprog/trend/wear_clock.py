@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hdprog.data.tests_table import DriveTest
 from hdprog.physics.parameters import FloatArray
 from hdprog.results import since_replaced
 from hdprog.trend.evidence import LoopEvidence
@@ -48,6 +49,16 @@ def hours_by_load(
     if not counted.sum() > 0:
         return None
     return tuple(np.cumsum(counted) * (served.sum() / counted.sum()))
+
+
+def load_hours_of(tests: Sequence[DriveTest]) -> Sequence[float | None]:
+    """`hours_by_load` of tests in order of service hours; None for each where there are none."""
+    by_load = hours_by_load(
+        [test.service_hours for test in tests],
+        [test.mean_torque_Nm for test in tests],
+        [test.mean_speed_rpm for test in tests],
+    )
+    return [None] * len(tests) if by_load is None else by_load
 
 
 def pace_of_load(load: float) -> float:

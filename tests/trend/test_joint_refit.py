@@ -19,7 +19,7 @@ from hdprog.physics.parameters import NAMES
 from hdprog.trend import gaussian_step, joint_chains, joint_refit, wear_coordinates
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.hyperparameters import HyperparameterDraws
-from hdprog.trend.joint_refit import Effort, Met, met_by_tests
+from hdprog.trend.joint_refit import Effort, Met, begin_meeting
 from hdprog.trend.ridge_map import RidgeMap, onto_ridges
 from hdprog.trend.ridge_paths import RidgePath, Shift
 from hdprog.trend.wear_coordinates import from_loop, to_loop
@@ -55,7 +55,7 @@ def sampled(problem: Problem, monkeypatch: pytest.MonkeyPatch, effort: Effort = 
     monkeypatch.setattr(joint_chains, "_VARIED", 0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # R-hat of what is held fixed
-        found = met_by_tests(problem.step, fixed_draws(), np.random.default_rng(1), effort)
+        found = begin_meeting(problem.step, fixed_draws(), np.random.default_rng(1), effort)()
     assert found.sampled
     return found
 
@@ -180,7 +180,7 @@ def test_loops_that_are_gaussian_are_neither_weighted_nor_sampled(problem: Probl
     gaussian = replace(
         problem.step, tests=tuple(replace(one, exact=None) for one in problem.step.tests)
     )
-    found = met_by_tests(gaussian, fixed_draws(), np.random.default_rng(1), LONG)
+    found = begin_meeting(gaussian, fixed_draws(), np.random.default_rng(1), LONG)()
     assert found.pareto_k is None
     assert not found.sampled
     assert found.converged
@@ -199,7 +199,7 @@ def test_what_is_a_tests_own_is_sampled_with_the_state(
     step, mean, spread = with_a_count(problem)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
-        found = met_by_tests(step, fixed_draws(), np.random.default_rng(8), LONG).measured
+        found = begin_meeting(step, fixed_draws(), np.random.default_rng(8), LONG)().measured
     drawn = (found[:, 0, T_I] - mean) / spread
     expected, expected_sd = COUNTED
     # By four seeds right draws come within 0.006 of both; wrong ones are 0.023 too narrow and more.
@@ -235,7 +235,7 @@ def test_weighted_draws_have_the_mean_that_is_known(
         for test, part in zip(problem.step.tests, tilt.reshape(2, 8), strict=True)
     )
     step = replace(problem.step, tests=tilted)
-    found = met_by_tests(step, fixed_draws(), np.random.default_rng(6), LONG)
+    found = begin_meeting(step, fixed_draws(), np.random.default_rng(6), LONG)()
     assert not found.sampled
     assert found.worth is not None
     assert found.worth > 3000
@@ -253,9 +253,9 @@ def test_too_short_a_run_says_so(problem: Problem, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(joint_refit, "HIGHEST_K", -1.0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
-        found = met_by_tests(
+        found = begin_meeting(
             problem.step, fixed_draws(), np.random.default_rng(1), Effort(4, 4, 200.0, 200.0)
-        )
+        )()
     assert not found.converged
 
 
@@ -266,9 +266,9 @@ def test_without_a_possible_draw_it_says_so(problem: Problem) -> None:
             return np.full(len(coordinates), -np.inf)
 
     nowhere = tuple(replace(one, exact=Impossible()) for one in problem.step.tests)
-    found = met_by_tests(
+    found = begin_meeting(
         replace(problem.step, tests=nowhere), fixed_draws(), np.random.default_rng(1), LONG
-    )
+    )()
     assert not found.converged
 
 
@@ -276,7 +276,7 @@ def test_without_sampling_the_step_itself_is_what_one_has(
     problem: Problem, reference: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(joint_refit, "HIGHEST_K", -1.0)
-    found = met_by_tests(problem.step, fixed_draws(), np.random.default_rng(1), joint_refit.NONE)
+    found = begin_meeting(problem.step, fixed_draws(), np.random.default_rng(1), joint_refit.NONE)()
     assert not found.sampled
     assert not found.converged
     drawn = found.measured.reshape(len(found.measured), -1)

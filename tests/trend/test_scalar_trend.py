@@ -8,7 +8,7 @@ from hdprog.forecast.limits import Margins
 from hdprog.physics.parameters import NAMES
 from hdprog.trend.fleet import FleetPrior
 from hdprog.trend.gaussian_step import GaussianStep
-from hdprog.trend.joint_refit import QUICK, met_by_tests
+from hdprog.trend.joint_refit import QUICK, begin_meeting
 from hdprog.trend.kalman_filter import log_evidence
 from hdprog.trend.observation import Observations
 from hdprog.trend.relinearise import JointMode
@@ -70,7 +70,7 @@ def test_crossing_is_that_of_the_whole_trend(unit):
     clock, spread = ServiceClock.of(unit), StatePrior.of(prior, wear)
     timeline, _ = Timeline.of(unit, clock, wear)
     step = GaussianStep.of(unit, mode, timeline, spread, wear, 0.5, prior.softplus_scale)
-    met = met_by_tests(step, alone.draws, np.random.default_rng(5), QUICK)
+    met = begin_meeting(step, alone.draws, np.random.default_rng(5), QUICK)()
     trend = Trend(tuple(unit), prior, wear, clock, mode, alone.draws, None, met, ())
     paths = trend.wandering_paths(hours, np.random.default_rng(3), draws)
     wander = paths.shared * paths.direction[..., AT] ** 2 + paths.own[..., AT]

@@ -18,6 +18,7 @@ from hdprog.results import SuddenEffect
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.sudden_steps import came_at_once, clear_step, sudden_steps
+from hdprog.trend.summary import summarise
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_clock import hours_by_load
 from hdprog.trend.wear_prior import SuddenStep, read_wear_prior
@@ -244,7 +245,7 @@ def test_the_trend_takes_it_for_a_step_that_lasts(stepped: Trend) -> None:
 
 def test_the_summary_names_the_effect_and_its_course_breaks_at_the_test(stepped: Trend) -> None:
     drive = Drive(forecast=ForecastSettings(2000.0))
-    found = stepped.summary(drive, OPERATION, np.random.default_rng(2))
+    found = summarise(stepped, drive, OPERATION, np.random.default_rng(2))
     assert found.sudden == (SuddenEffect("coulomb_friction", 3, True),)
     width = found.figures["hysteresis_width_arcmin"]
     course = width.quantiles[2][np.searchsorted(width.hours, [400.0, 600.0])]

@@ -20,6 +20,7 @@ from hdprog.trend.joint_refit import Effort
 from hdprog.trend.kalman_filter import at_reference, per_step_of_warmth
 from hdprog.trend.smoother import draw, simulate
 from hdprog.trend.state_space import HYPERPARAMETERS, Hyperparameters, Steps, Timeline
+from hdprog.trend.summary import summarise
 from hdprog.trend.temperature import SeenTests
 from hdprog.trend.temperature_effect import temperature_effect, warmth_added
 from hdprog.trend.trend import Trend
@@ -154,7 +155,7 @@ def summary(trend: Trend) -> TrendSummary:
 def _summary(trend: Trend) -> TrendSummary:
     limits = (Limit(WIDTH.quantity, 0.2, "below"),)
     drive = Drive(limits=limits, forecast=ForecastSettings(6000.0))
-    return trend.summary(drive, OPERATION, np.random.default_rng(6))
+    return summarise(trend, drive, OPERATION, np.random.default_rng(6))
 
 
 def width(coordinates: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.physics.parameters import NAMES
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
-from hdprog.trend.summary import not_reproduced
+from hdprog.trend.summary import not_reproduced, summarise
 from hdprog.trend.trend import Trend
 from hdprog.trend.wear_coordinates import from_loop, linearise, to_loop
 from hdprog.trend.wear_prior import read_wear_prior
@@ -88,7 +88,7 @@ def test_a_gear_that_is_worn_out_does_not_heal(trend: Trend) -> None:
 
 def test_the_summary_is_complete(trend: Trend) -> None:
     drive = Drive(rated_torque=63.0, limits=LIMITS, forecast=ForecastSettings(9000.0))
-    summary = trend.summary(drive, OPERATION, np.random.default_rng(5))
+    summary = summarise(trend, drive, OPERATION, np.random.default_rng(5))
     assert {limit.key for limit in LIMITS} <= set(summary.figures)
     followed = summary.figures[SECANT.key]
     assert followed.hours[0] == 0.0
