@@ -23,14 +23,13 @@ from hdprog.inference.likelihood import COUNT
 from hdprog.inference.other_likelihood import OtherLikelihood
 from hdprog.inference.other_starts import refit
 from hdprog.inference.prepare import Prepared
-from hdprog.inference.summarise import by_level
 from hdprog.inference.until_converged import SamplingPlan
 from hdprog.physics.drive_model import torsion_angle
 from hdprog.physics.figures import stiffness_curve
 from hdprog.physics.other_models import BY_ID
 from hdprog.physics.other_models.base import values_of
 from hdprog.physics.parameters import PARAMETERS, FloatArray
-from hdprog.results import LEVELS, LoopFit
+from hdprog.results import LEVELS, LoopFit, by_level
 
 _LOO_DRAWS = 1600
 _CURVE_DRAWS = 300

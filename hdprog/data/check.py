@@ -19,10 +19,10 @@ from hdprog.data.read_off import figures_of
 from hdprog.data.readers import parse_columns, parse_select, read_loop
 from hdprog.data.tests_table import DriveTest, read_tests
 from hdprog.errors import BadInputError
+from hdprog.physics.figures import ARCMIN_PER_RAD
 
 __all__ = ["CheckReport", "check_path"]
 
-_ARCMIN = math.pi / 10_800
 _NAMED = 6  # columns left aside that are told by name
 _READ_OFF = {
     "hysteresis_width_arcmin": "width {:.3g} arcmin at zero torque",
@@ -212,7 +212,8 @@ def _facts(quality: Quality) -> list[str]:
     lines = [
         f"usable: {quality.samples} samples, {quality.cycles:.1f} {quality.sides} cycles, torque "
         f"{_range(quality.torque_min, quality.torque_max, '.4g')} Nm",
-        f"Angle span {quality.angle_span:.3g} rad ({quality.angle_span / _ARCMIN:.3g} arcmin), "
+        f"Angle span {quality.angle_span:.3g} rad "
+        f"({quality.angle_span * ARCMIN_PER_RAD:.3g} arcmin), "
         f"secant stiffness about {quality.secant_stiffness:.3g} Nm/rad",
         f"Noise: torque {quality.torque_noise:.2g} Nm{_step(quality.torque_step, 'Nm')}, angle "
         f"{quality.angle_noise:.2g} rad{_step(quality.angle_step, 'rad')}",

@@ -7,9 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["channel_noise", "noise_sd", "quantisation_step"]
+__all__ = ["SD_PER_MEDIAN", "channel_noise", "noise_sd", "quantisation_step"]
 
-_SD_PER_MEDIAN = 1.482602218505602  # of |x| for a normal x: 1 / Φ⁻¹(3/4)
+SD_PER_MEDIAN = 1.482602218505602
+"""Standard deviation of a normal x over the median of |x|: 1/Φ⁻¹(3/4)."""
 _LONGEST_WINDOW = 51
 _OF_A_PASSAGE = 10  # windows, at least, on a channel's way from its low to its high values
 _FEWEST_MOVES = 100
@@ -93,10 +94,10 @@ def noise_sd(values: NDArray[np.float64], time: NDArray[np.float64] | None = Non
     # Distances of white noise from the fit are smaller than the noise by this factor.
     shrink = math.sqrt(float(weights @ weights))
     distances = np.abs(np.convolve(values, weights, mode="valid")) / shrink
-    noise = float(np.median(distances)) * _SD_PER_MEDIAN
+    noise = float(np.median(distances)) * SD_PER_MEDIAN
     if time is not None and _blurred(values, time, window) > _SEEN * noise:
         over_time = _distances_over_time(values, time, window)
-        return min(noise, float(np.median(over_time)) * _SD_PER_MEDIAN)
+        return min(noise, float(np.median(over_time)) * SD_PER_MEDIAN)
     return noise
 
 

@@ -27,7 +27,7 @@ from hdprog.inference.posterior import Posterior
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.base import Effect
 from hdprog.physics.parameters import FloatArray
-from hdprog.results import lives
+from hdprog.results import DEVIATIONS_IN_90, lives
 
 _FEWEST_TESTS = 3
 _GROWN = 1.5  # times over the tests: less may be the scatter of remounting
@@ -220,7 +220,7 @@ def _line(hours: FloatArray) -> FloatArray:
 def _errors(sizes: FloatArray) -> FloatArray:
     """(tests,) standard deviations of the sizes about their course, remounting among them."""
     size, present = sizes[:, 2], sizes[:, 2] > 0
-    error = np.hypot((sizes[:, 3] - sizes[:, 1]) / 3.29, _SCATTER * size)
+    error = np.hypot((sizes[:, 3] - sizes[:, 1]) / DEVIATIONS_IN_90, _SCATTER * size)
     error[~present] = np.median(error[present])
     return np.asarray(np.maximum(error, 0.3 * np.median(size[present])))
 

@@ -16,9 +16,9 @@ from hdprog.discovery.separating import indistinguishable, separating_test
 from hdprog.discovery.unknown import TERM_PENALTY, TermGain, with_term
 from hdprog.explanation import UNKNOWN, FoundEffect
 from hdprog.inference.posterior import Posterior
-from hdprog.inference.summarise import by_level
 from hdprog.physics.effects.base import Effect
 from hdprog.physics.parameters import FloatArray
+from hdprog.results import by_level
 
 UNKNOWN_ADVICE = (
     "No mechanism that hdprog knows leaves this trace. Repeat the test: if it comes back, look at "

@@ -35,7 +35,7 @@ from hdprog.forecast.what_came import (
 )
 from hdprog.inference.priors import Prior
 from hdprog.physics.figures import Operation
-from hdprog.results import LEVELS, since_replaced
+from hdprog.results import LEVELS, by_level, since_replaced
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
@@ -282,7 +282,7 @@ def _score_figures(
             measured = float(np.median(own))
             met = figure_paths(request_of(limit), mounted, trend.prior, operation)
             predicted = met + (measured - rng.choice(own, met.size))
-            levels = dict(zip(LEVELS, map(float, np.quantile(predicted, LEVELS)), strict=True))
+            levels = by_level(predicted)
             line = straight_line(
                 [one.service_hours for one in earlier],
                 [one.median(limit.key) for one in earlier],

@@ -14,14 +14,13 @@ from hdprog.data.read_off import Reading, readings
 from hdprog.inference.posterior import Posterior
 from hdprog.physics.figures import FigureRequest
 from hdprog.physics.parameters import FloatArray
-from hdprog.results import LEVELS, ReadOff
+from hdprog.results import DEVIATIONS_IN_90, ReadOff, by_level
 
 _DRAWS = 400
 _MISSED = 3.5
 """Standard deviations of a gap by chance beyond which it is none."""
 _LEAST_SPREAD = 0.7  # of a reading's noise: how much of it a fit shares is known roughly
 _MATTERS = 0.03  # of the larger one of both
-_SD_OF_90 = 3.2897  # width of a normal distribution's central 90 % in standard deviations
 
 
 def against_record(posterior: Posterior, requests: Sequence[FigureRequest]) -> dict[str, ReadOff]:
@@ -59,7 +58,7 @@ def _read_off(
     reading: Reading, angle: FloatArray, curves: FloatArray, covariance: FloatArray
 ) -> ReadOff:
     record, sd = float(reading.of(angle)), reading.sd(angle, covariance)
-    fit = dict(zip(LEVELS, map(float, np.quantile(reading.of(curves), LEVELS)), strict=True))
+    fit = by_level(reading.of(curves))
     gap = abs(record - fit[0.50])
     matters = gap > _MATTERS * max(abs(record), abs(fit[0.50]))
     outside = not fit[0.05] <= record <= fit[0.95]
@@ -74,5 +73,5 @@ def spread_of_gap(record_sd: float, fit: Mapping[float, float]) -> float:
     the difference is the difference of the variances (Hausman, Econometrica 46, 1978).
     """
     # By quantiles, for single draws of linearised effects may lie far away.
-    fit_sd = (fit[0.95] - fit[0.05]) / _SD_OF_90
+    fit_sd = (fit[0.95] - fit[0.05]) / DEVIATIONS_IN_90
     return float(np.sqrt(max(record_sd**2 - fit_sd**2, (_LEAST_SPREAD * record_sd) ** 2)))

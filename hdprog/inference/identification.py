@@ -17,7 +17,7 @@ import numpy as np
 
 from hdprog.inference.priors import Prior, even_draws
 from hdprog.physics.parameters import FloatArray, Parameters
-from hdprog.results import LEVELS, Combination, Identification
+from hdprog.results import Combination, Identification, by_level
 
 if TYPE_CHECKING:
     from hdprog.inference.posterior import Posterior
@@ -62,5 +62,4 @@ def prior_points(prior: Prior) -> Parameters:
 
 def _combination(posterior: FloatArray, prior: FloatArray) -> Combination:
     ratio = float(np.log(posterior).var() / np.log(prior).var())
-    values = np.quantile(posterior, LEVELS)
-    return Combination(dict(zip(LEVELS, map(float, values), strict=True)), 1 - ratio)
+    return Combination(by_level(posterior), 1 - ratio)

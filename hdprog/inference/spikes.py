@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.optimize import brentq
 
+from hdprog.data.noise_level import SD_PER_MEDIAN
 from hdprog.physics.parameters import FloatArray
 
 REMARKABLE_SHARE = 0.01
@@ -32,7 +33,6 @@ _LOCAL = 61  # readings over which the noise may differ
 _ROUGHER = 1.4  # times the usual: from there on it does
 _NEAR_REVERSAL = 2  # readings, where a corner that fell between two of them looks isolated
 _UNLIKE_OTHERS = 3.0  # times what stands out at most corners: no corner's doing
-_SD_PER_MEDIAN = 1.482602218505602  # of |x| for a normal x
 _LOG_ROOT_TWO_PI = np.log(np.sqrt(2 * np.pi))
 
 
@@ -56,7 +56,7 @@ def spikes(
         return none
     distance, alone = _from_neighbours(residual)
     out = distance / sd
-    scale = _SD_PER_MEDIAN * float(np.median(np.abs(out)))
+    scale = SD_PER_MEDIAN * float(np.median(np.abs(out)))
     if scale == 0.0:
         return none
     size = np.abs(out) / np.maximum(scale, _rougher(np.abs(out), scale))
@@ -105,7 +105,7 @@ def _from_neighbours(values: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]
 
 def _rougher(size: FloatArray, scale: float) -> FloatArray:
     """(samples,) the noise's local scale where it is clearly above the usual one, else 0."""
-    local = _SD_PER_MEDIAN * median_filter(size, size=_LOCAL, mode="mirror")
+    local = SD_PER_MEDIAN * median_filter(size, size=_LOCAL, mode="mirror")
     return np.where(local > _ROUGHER * scale, local, 0.0)
 
 

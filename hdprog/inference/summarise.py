@@ -14,8 +14,8 @@ from hdprog.inference.power_scaling import loop_sensitivities
 from hdprog.inference.shown_draws import shown_draws
 from hdprog.inference.tooth_angle import assumed, with_other_tooth_angle
 from hdprog.physics.figures import FigureRequest, Operation, standard_requests
-from hdprog.physics.parameters import NAMES, FloatArray
-from hdprog.results import LEVELS, EffectSummary, LoopFit, ParameterSummary, TestResult
+from hdprog.physics.parameters import NAMES
+from hdprog.results import EffectSummary, LoopFit, ParameterSummary, TestResult, by_level
 
 
 def figure_requests(drive: Drive, operation: Operation) -> tuple[FigureRequest, ...]:
@@ -24,13 +24,6 @@ def figure_requests(drive: Drive, operation: Operation) -> tuple[FigureRequest, 
     for limit in drive.limits:
         requests.setdefault(limit.key, FigureRequest(limit.quantity, limit.at_torque_Nm))
     return tuple(requests.values())
-
-
-def by_level(draws: FloatArray) -> dict[float, float]:
-    """Quantiles of draws (draws,) at the reported levels."""
-    return {
-        level: float(value) for level, value in zip(LEVELS, np.quantile(draws, LEVELS), strict=True)
-    }
 
 
 def parameter_summaries(posterior: Posterior) -> dict[str, ParameterSummary]:

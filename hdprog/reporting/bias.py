@@ -7,9 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hdprog.explanation import Explanation, Quantiles
-
-DEVIATIONS_IN_90 = 3.29
-"""Standard deviations between the 5 % and the 95 % point of a normal distribution."""
+from hdprog.results import DEVIATIONS_IN_90
 
 
 @dataclass(frozen=True)

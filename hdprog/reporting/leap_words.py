@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from hdprog.physics.parameters import FloatArray
-from hdprog.reporting.bias import DEVIATIONS_IN_90
 from hdprog.reporting.rounding import hours, significant
 from hdprog.reporting.words import capital, quantity, with_unit
-from hdprog.results import LEVELS, FigureTrend, TestResult, since_replaced
+from hdprog.results import DEVIATIONS_IN_90, LEVELS, FigureTrend, TestResult, since_replaced
 
 _FEWEST_TESTS = 5
 _STEP, _PACE = 2.0, 3.0  # times the largest of the others; see `leaps`

@@ -6,9 +6,8 @@ import math
 from collections.abc import Sequence
 
 from hdprog.config import Limit
-from hdprog.reporting.bias import DEVIATIONS_IN_90
 from hdprog.reporting.words import capital, quantity, threshold_words
-from hdprog.results import DriveResult, TestResult, since_replaced
+from hdprog.results import DEVIATIONS_IN_90, DriveResult, TestResult, since_replaced
 
 _TESTS = 3  # of two, one may have been mounted otherwise
 _SURELY = 5.0  # standard deviations of the first and the last test together

@@ -14,7 +14,7 @@ from hdprog.inference.noise import NoiseModel
 from hdprog.inference.other_likelihood import OtherLikelihood
 from hdprog.inference.other_starts import other_starts
 from hdprog.inference.prepare import Prepared, prepare
-from hdprog.inference.summarise import by_level, figure_requests, parameter_summaries
+from hdprog.inference.summarise import figure_requests, parameter_summaries
 from hdprog.inference.until_converged import SamplingPlan
 from hdprog.physics.course import Course
 from hdprog.physics.figures import ARCMIN_PER_RAD, figures
@@ -32,6 +32,7 @@ from hdprog.reproduction.table2 import (
     as_draw,
     steady_loop,
 )
+from hdprog.results import by_level
 
 _SAMPLES, _CYCLES = 1201, 2
 _POINTS = 201

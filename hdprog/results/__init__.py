@@ -3,10 +3,10 @@
 They hold numbers only, ready to be written as JSON, drawn or stored.
 """
 
+from hdprog.results.levels import DEVIATIONS_IN_90, LEVELS, by_level
 from hdprog.results.of_drive import DriveResult, Provenance
 from hdprog.results.of_forecast import Forecast, LoadScenario
 from hdprog.results.of_test import (
-    LEVELS,
     Combination,
     Diagnosis,
     EffectSummary,
@@ -35,6 +35,7 @@ from hdprog.results.of_trend import (
 from hdprog.results.since_replaced import lives, since_replaced
 
 __all__ = [
+    "DEVIATIONS_IN_90",
     "LEVELS",
     "Combination",
     "Diagnosis",
@@ -62,6 +63,7 @@ __all__ = [
     "TestResult",
     "TrendSummary",
     "WearSaid",
+    "by_level",
     "lives",
     "since_replaced",
 ]

@@ -10,9 +10,6 @@ from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.physics.parameters import FloatArray
 
-LEVELS: tuple[float, ...] = (0.05, 0.25, 0.50, 0.75, 0.95)
-"""Quantile levels of every band and summary."""
-
 
 @dataclass(frozen=True)
 class ParameterSummary:

@@ -24,6 +24,7 @@ from hdprog.results import (
     SuddenEffect,
     TrendSummary,
     WearSaid,
+    by_level,
 )
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.figure_paths import figure_paths
@@ -272,7 +273,4 @@ def _beside(followed: FollowedEffects | None) -> str:
 
 
 def _levels(values: Mapping[str, FloatArray]) -> dict[str, dict[float, float]]:
-    return {
-        name: {level: float(np.quantile(draws, level)) for level in LEVELS}
-        for name, draws in values.items()
-    }
+    return {name: by_level(draws) for name, draws in values.items()}

@@ -8,7 +8,7 @@ import numpy as np
 
 from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.physics.parameters import FloatArray
-from hdprog.results import LEVELS, TemperatureEffect
+from hdprog.results import TemperatureEffect, by_level
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.kalman_filter import per_step_of_warmth
 from hdprog.trend.state_space import Hyperparameters
@@ -37,8 +37,7 @@ def temperature_effect(
         )
         if not (cool > 0.0).all():
             continue  # of a width of exactly 0, where the teeth never slip, there are no per cent
-        change = np.quantile(100.0 * (warm / cool - 1.0), LEVELS)
-        moved[request.key] = dict(zip(LEVELS, change.tolist(), strict=True))
+        moved[request.key] = by_level(100.0 * (warm / cool - 1.0))
     return TemperatureEffect(
         found.reference_C, STEP_K * found.spread, int(found.unknown.sum()), moved
     )

@@ -9,12 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hdprog.explanation import DriveExplanation, Explanation
-from hdprog.reporting.bias import DEVIATIONS_IN_90
 from hdprog.reporting.effect_words import effect_name
 from hdprog.reporting.rounding import grouped, hours, rounded
 from hdprog.reporting.sections.table import Row, Table, Value
 from hdprog.reporting.words import capital, figure_interval, listed, quantity
-from hdprog.results import LEVELS, DriveResult, TestResult, TrendSummary
+from hdprog.results import DEVIATIONS_IN_90, LEVELS, DriveResult, TestResult, TrendSummary
 
 _CLEAR = 2.0  # standard deviations of the difference from which a change is said to be clear
 _TENTH = 0.2  # the uncertainty with which a number is rounded to a tenth
