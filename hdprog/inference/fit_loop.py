@@ -16,7 +16,7 @@ from hdprog.inference.effect_starts import effect_starts, require, search_widely
 from hdprog.inference.effective_blocks import effective_degrees
 from hdprog.inference.least_squares import kept_to_readings
 from hdprog.inference.likelihood import COUNT, LoopLikelihood
-from hdprog.inference.linearised_effects import PARETO_K_LIMIT, LinearisedEffects
+from hdprog.inference.linearised_effects import PARETO_K_LIMIT, EffectDraws, LinearisedEffects
 from hdprog.inference.measured_noise import local_slope
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare, settle_noise
@@ -117,8 +117,7 @@ def sample_posterior(
         beside = starts[0].point[COUNT + 1 :]
         known = [np.concatenate([start.point, beside]) for start in prepared.starts]
         likelihood, starts = kept_to_readings(likelihood, starts, known)
-    led_away = likelihood.least_squares is not None
-    if not led_away:
+    if likelihood.least_squares is None:
         likelihood, starts = _weighed(prepared, likelihood, starts)
     linearised = LinearisedEffects.about(likelihood, starts[0]) if likelihood.effects else None
     sampled = likelihood if linearised is None else linearised.sampled
@@ -141,38 +140,9 @@ def sample_posterior(
         if drawn.weighted:
             diagnostics = diagnostics.at_most(drawn.effective)
         stored = drawn.points.reshape(*stored.shape[:3], likelihood.size)
-    warnings = list(prepared.warnings)
-    if led_away:
-        warnings.append(
-            "What the fit leaves hangs together. Taken for noise it would lead the fit away from "
-            "the readings, so the model lacks something that this record has: the parameters are "
-            "those of least squares, and their intervals are as wide as errors like these make "
-            "them."
-        )
-    elif likelihood.effective is not None:
-        warnings.append(
-            f"What the fit leaves hangs together beyond its noise model: its {likelihood.blocks} "
-            f"blocks count as {likelihood.block_degrees + 1:.0f} independent ones, and intervals "
-            f"are {likelihood.widening:.1f} times as wide as if all were. An error of the model "
-            "that repeats is not in them."
-        )
+    warnings = _warnings(prepared, likelihood, drawn, plan.required_ess)
     if not converged:
         warnings.insert(0, _not_converged(sampling, diagnostics))
-    if likelihood.effects or likelihood.noise.term is not None:
-        warnings.append(_figures_leave_out(likelihood))
-    if drawn is not None and not drawn.exact:
-        warnings.append(
-            "The effects were integrated out with a model that is linear in them, and this record "
-            f"bends it: the weights that make up for it are uneven (Pareto k {drawn.pareto_k:.2f}, "
-            f"at most {PARETO_K_LIMIT:.2f} is trusted; {drawn.effective:.0f} effective draws), so "
-            "that intervals are rough."
-        )
-    elif drawn is not None and drawn.effective < plan.required_ess:
-        warnings.append(
-            "The effects were integrated out with a model that is linear in them; the weights that "
-            f"make up for what it bends leave {drawn.effective:.0f} effective draws, where "
-            f"{plan.required_ess:.0f} are asked for: the ends of intervals are less exact."
-        )
     return Posterior(
         loop=prepared.loop,
         drive=prepared.drive,
@@ -192,6 +162,43 @@ def sample_posterior(
         sampling=sampling,
         warnings=tuple(warnings),
     )
+
+
+def _warnings(
+    prepared: Prepared, likelihood: LoopLikelihood, drawn: EffectDraws | None, required_ess: float
+) -> list[str]:
+    """What to say of a record, of its noise, and of effects that were integrated out."""
+    said = list(prepared.warnings)
+    if likelihood.least_squares is not None:
+        said.append(
+            "What the fit leaves hangs together. Taken for noise it would lead the fit away from "
+            "the readings, so the model lacks something that this record has: the parameters are "
+            "those of least squares, and their intervals are as wide as errors like these make "
+            "them."
+        )
+    elif likelihood.effective is not None:
+        said.append(
+            f"What the fit leaves hangs together beyond its noise model: its {likelihood.blocks} "
+            f"blocks count as {likelihood.block_degrees + 1:.0f} independent ones, and intervals "
+            f"are {likelihood.widening:.1f} times as wide as if all were. An error of the model "
+            "that repeats is not in them."
+        )
+    if likelihood.effects or likelihood.noise.term is not None:
+        said.append(_figures_leave_out(likelihood))
+    if drawn is not None and not drawn.exact:
+        said.append(
+            "The effects were integrated out with a model that is linear in them, and this record "
+            f"bends it: the weights that make up for it are uneven (Pareto k {drawn.pareto_k:.2f}, "
+            f"at most {PARETO_K_LIMIT:.2f} is trusted; {drawn.effective:.0f} effective draws), so "
+            "that intervals are rough."
+        )
+    elif drawn is not None and drawn.effective < required_ess:
+        said.append(
+            "The effects were integrated out with a model that is linear in them; the weights that "
+            f"make up for what it bends leave {drawn.effective:.0f} effective draws, where "
+            f"{required_ess:.0f} are asked for: the ends of intervals are less exact."
+        )
+    return said
 
 
 def _weighed(

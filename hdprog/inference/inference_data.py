@@ -47,22 +47,6 @@ def inference_data(
     def dataset(variables: dict[str, Any], **extra: object) -> Any:
         return xarray.Dataset(variables, attrs={**attributes, **extra})
 
-    physical = posterior.prior.to_physical(chains[..., :COUNT])
-    draws = {name: (_DIMS, physical[name], _units(name)) for name in NAMES}
-    for effect, parameter in posterior.likelihood.effect_set.parameters:
-        index = len(draws) - len(NAMES) + COUNT + 1
-        draws[f"{effect.id}.{parameter.name}"] = (
-            _DIMS,
-            parameter.value(chains[..., index]),
-            {"units": parameter.unit, "long_name": parameter.meaning},
-        )
-    draws["angle_offset"] = (_DIMS, offset, {"units": "rad"})
-    draws["noise_scale"] = (
-        _DIMS,
-        scale,
-        {"units": "1", "long_name": "factor on the noise of observed_data.noise_sd"},
-    )
-    draws["initial_slip_fraction"] = (_DIMS, sigmoid(chains[..., COUNT]), {"units": "1"})
     every = max(1, chains.shape[2] // _POINTWISE_STEPS)
     few = slice(None, None, every)
     by_block = (posterior.likelihood, chains[:, :, few], offset[:, :, few], scale[:, :, few])
@@ -77,7 +61,9 @@ def inference_data(
     block = ("block",)
     stored: InferenceData = arviz().InferenceData(
         posterior=dataset(
-            draws, converged=int(posterior.converged), noise_model=posterior.likelihood.noise.words
+            _draws(posterior, chains, offset, scale),
+            converged=int(posterior.converged),
+            noise_model=posterior.likelihood.noise.words,
         ),
         prior=dataset(
             {name: (("draw",), prior_values[name][inside], _units(name)) for name in NAMES}
@@ -102,6 +88,29 @@ def inference_data(
         **groups,
     )
     return stored
+
+
+def _draws(
+    posterior: Posterior, chains: FloatArray, offset: FloatArray, scale: FloatArray
+) -> dict[str, Any]:
+    """Everything that is drawn, in physical units, (ensemble, walker, step) each."""
+    physical = posterior.prior.to_physical(chains[..., :COUNT])
+    draws = {name: (_DIMS, physical[name], _units(name)) for name in NAMES}
+    for effect, parameter in posterior.likelihood.effect_set.parameters:
+        index = len(draws) - len(NAMES) + COUNT + 1
+        draws[f"{effect.id}.{parameter.name}"] = (
+            _DIMS,
+            parameter.value(chains[..., index]),
+            {"units": parameter.unit, "long_name": parameter.meaning},
+        )
+    draws["angle_offset"] = (_DIMS, offset, {"units": "rad"})
+    draws["noise_scale"] = (
+        _DIMS,
+        scale,
+        {"units": "1", "long_name": "factor on the noise of observed_data.noise_sd"},
+    )
+    draws["initial_slip_fraction"] = (_DIMS, sigmoid(chains[..., COUNT]), {"units": "1"})
+    return draws
 
 
 def _units(name: str) -> dict[str, str]:

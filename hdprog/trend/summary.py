@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from statistics import NormalDist
 
 import numpy as np
@@ -62,14 +63,10 @@ def figure_quantiles(values: FloatArray) -> FloatArray:
 
 
 def own_figures(
-    test: LoopEvidence,
-    request: FigureRequest,
-    prior: Prior,
-    operation: Operation,
-    followed: FollowedEffects | None = None,
+    test: LoopEvidence, request: FigureRequest, prior: Prior, operation: Operation
 ) -> FloatArray:
     """Compute a figure over (at most 400 of) a test's own posterior draws, (draws,)."""
-    return figure_paths(request, _own_draws(test), prior, operation, followed)
+    return figure_paths(request, _own_draws(test), prior, operation)
 
 
 def _own_draws(test: LoopEvidence) -> FloatArray:
@@ -98,17 +95,7 @@ def summarise(
     the summary; it names every test whose figures the trend does not reproduce
     """
     requests = figure_requests(drive, operation)
-    horizon_hours = drive.forecast.horizon_hours
-    first, now = trend.tests[0].service_hours, trend.now_hours
-    hours = np.linspace(first, now, _PAST)
-    if horizon_hours > now:
-        # Denser near now, where most limits are passed, than towards the horizon.
-        ahead = now + (horizon_hours - now) * np.linspace(0.0, 1.0, _AHEAD + 1)[1:] ** 2
-        hours = np.concatenate([hours, ahead])
-        hours[-1] = horizon_hours
-    test_hours = np.array([test.service_hours for test in trend.tests])
-    if trend.breaks:
-        hours = np.union1d(hours, test_hours)  # read between, a course would be half-way through
+    hours = _hours(trend, drive.forecast.horizon_hours)
     coordinates = trend.paths(hours, rng, _DRAWS)
     measured = trend.measured(rng, _DRAWS)
     added, at_reference = warmth_added(trend, rng, _OWN_DRAWS), None
@@ -119,28 +106,24 @@ def summarise(
     figures: dict[str, FigureTrend] = {}
     doubtful: list[NotReproduced] = []
     for request in requests:
-        own = [
-            own_figures(test, request, trend.prior, operation, trend.followed)
-            for test in trend.tests
-        ]
-        shown = own
-        if at_reference is not None:
-            shown = [
-                figure_paths(request, draws, trend.prior, operation, trend.followed)
-                for draws in at_reference
-            ]
+        of = partial(
+            figure_paths,
+            request,
+            prior=trend.prior,
+            operation=operation,
+            followed=trend.followed,
+        )
+        own = [of(_own_draws(test)) for test in trend.tests]
+        shown = own if at_reference is None else [of(draws) for draws in at_reference]
         figures[request.key] = FigureTrend(
             request.key,
             hours,
-            figure_quantiles(
-                figure_paths(request, coordinates, trend.prior, operation, trend.followed)
-            ),
-            test_hours,
+            figure_quantiles(of(coordinates)),
+            np.array([test.service_hours for test in trend.tests]),
             np.stack([np.quantile(values, LEVELS) for values in shown], axis=1),
             None if warmth is None else warmth.reference_C,
         )
-        joint = figure_paths(request, measured, trend.prior, operation, trend.followed)
-        doubtful += not_reproduced(request.key, own, joint)
+        doubtful += not_reproduced(request.key, own, of(measured))
     told = what_tests_say(trend, rng, early)
     return TrendSummary(
         says=_wear_said(trend, told),
@@ -163,6 +146,21 @@ def summarise(
         not_reproduced=tuple(doubtful),
         sudden=_sudden(trend, measured),
     )
+
+
+def _hours(trend: Trend, horizon_hours: float) -> FloatArray:
+    """Service hours of a course from the first test to the horizon, where that lies ahead."""
+    first, now = trend.tests[0].service_hours, trend.now_hours
+    hours = np.linspace(first, now, _PAST)
+    if horizon_hours > now:
+        # Denser near now, where most limits are passed, than towards the horizon.
+        ahead = now + (horizon_hours - now) * np.linspace(0.0, 1.0, _AHEAD + 1)[1:] ** 2
+        hours = np.concatenate([hours, ahead])
+        hours[-1] = horizon_hours
+    if trend.breaks:
+        # Read between, a course would be half-way through.
+        hours = np.union1d(hours, [test.service_hours for test in trend.tests])
+    return hours
 
 
 def _sudden(trend: Trend, measured: FloatArray) -> tuple[SuddenEffect, ...]:
