@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -27,13 +27,13 @@ from hdprog.inference.priors import Prior
 from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
 from hdprog.outcome import in_a_line, write_beside_report
 from hdprog.parallel import prepare_numerics, process_executor, spread_over
+from hdprog.progress import Progress, untold
 from hdprog.results import Provenance
 from hdprog.tests_of_drive import fit_tests, with_rated_torque
 from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.wear_clock import load_hours_of
 from hdprog.trend.wear_prior import read_wear_prior
 
-Progress = Callable[[str, int, int], None]
 _PACKAGES = ("numpy", "scipy", "emcee")
 
 
@@ -134,7 +134,9 @@ def backtest(
     drives = []
     for number, one in enumerate(read):
         heading = "" if len(read) == 1 else f"{one.name}: "
-        drives.append(_backtest(one, [seed, number], quick, workers, _named(progress, heading)))
+        drives.append(
+            _backtest(one, [seed, number], quick, workers, _named(progress or untold, heading))
+        )
     seconds["fits and forecasts"] = time.perf_counter() - started - seconds["reading"]
     files = {name: digest for one in read for name, digest in one.files.items()}
     provenance = Provenance.of(files, seed, quick, _PACKAGES)
@@ -200,9 +202,7 @@ def _read(path: Path, name: str) -> _ReadDrive:
     return _ReadDrive(name, folder, loops, prior, remarks, truth)
 
 
-def _named(progress: Progress | None, heading: str) -> Progress | None:
-    if progress is None or not heading:
-        return progress
+def _named(progress: Progress, heading: str) -> Progress:
     return lambda stage, done, total: progress(heading + stage, done, total)
 
 
@@ -211,7 +211,7 @@ def _backtest(
     entropy: Sequence[int],
     quick: bool,
     workers: int | None,
-    progress: Progress | None,
+    progress: Progress,
 ) -> DriveScores:
     """Fit the loops of a drive once, then forecast from each test but the last."""
     folder, drive, prior, count = read.folder, read.folder.drive, read.prior, len(read.loops)
@@ -240,8 +240,7 @@ def _backtest(
             [quick] * len(known),
         ):
             origins.append(done)
-            if progress is not None:
-                progress("forecasts", len(origins), len(known))
+            progress("forecasts", len(origins), len(known))
     unfitted = tuple(one.result.test_id for one in fitted if not one.result.converged)
     name = folder.path.resolve().name if read.name == "." else read.name
     horizon = drive.forecast.horizon_hours

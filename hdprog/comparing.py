@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -22,9 +21,9 @@ from hdprog.inference.until_converged import FULL, QUICK
 from hdprog.outcome import in_a_line, write_beside_report
 from hdprog.parallel import prepare_numerics, process_executor, spread_over
 from hdprog.physics.other_models import MODELS
+from hdprog.progress import Progress, untold
 from hdprog.results import Provenance
 
-Progress = Callable[[str, int, int], None]
 # Longest first, so that no process waits for one that began last.
 _LONGEST = ("preisach", DRIVE, "tuttle", "dhaouadi", "seyfferth", "maxwell_slip")
 
@@ -108,6 +107,7 @@ def compare(
         for arrays that hold no loop, or a prior that does not exist
     """
     rng, recorded = randomness(rng, seed)
+    progress = progress or untold
     loop, drive = checked_record(loop, drive)
     started = time.perf_counter()
     prepare_numerics()
@@ -136,8 +136,7 @@ def compare(
         )
         for one in found:
             fitted.append(one)
-            if progress is not None:
-                progress("models", len(fitted), count)
+            progress("models", len(fitted), count)
     fitted.sort(key=lambda one: able.index(one.id))
     models = ranked(fitted)
     result = Comparison(

@@ -28,8 +28,8 @@ from hdprog.errors import BadInputError, HdprogError, no_room
 from hdprog.outcome import RUN_KEY, results_in
 from hdprog.packed import packed, unpack, unpacked
 from hdprog.parallel import process_executor
+from hdprog.progress import Progress, untold
 
-Progress = Callable[[str, int, int], None]
 SCHEMA = "hdprog.fleet/1"
 _MISTAKE = "a mistake in hdprog"
 _DIED = "its process ended before it was done, perhaps for want of memory; run the fleet again"
@@ -141,16 +141,15 @@ def run_fleet(
     path, out = Path(path), Path(out)
     orders, left_out = _orders(path, out, seed, quick, explain)
     waiting = [order for order in orders if not order.finished]
-    if progress is not None:
-        progress("drives", len(orders) - len(waiting), len(orders))
+    progress = progress or untold
+    progress("drives", len(orders) - len(waiting), len(orders))
     with _nothing_half_written(waiting), _runner(dask, len(waiting), workers) as run:
         done = len(orders) - len(waiting)
         for found in run(waiting, command):
             done += 1
             if found is not None:
                 left_out.append(found)
-            if progress is not None:
-                progress("drives", done, len(orders))
+            progress("drives", done, len(orders))
     refused = {one.name for one in left_out}
     listed = [order for order in orders if order.name not in refused]
     _require_any(listed, path, left_out)

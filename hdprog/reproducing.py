@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,12 +13,12 @@ from hdprog.inference.until_converged import FULL, QUICK
 from hdprog.outcome import write_beside_report
 from hdprog.parallel import prepare_numerics, process_executor, spread_over
 from hdprog.physics.figures import ARCMIN_PER_RAD
+from hdprog.progress import Progress, untold
 from hdprog.reproduction import mesh, records, sensitivity, stiffness
 from hdprog.reproduction.results import BranchPair, Finding, Recovery, Reproduction
 from hdprog.reproduction.table2 import INITIAL, POST_TEST, steady_loop
 from hdprog.results import Provenance
 
-Progress = Callable[[str, int, int], None]
 _STRAIGHT = 0.05  # change of slope of a loop's middle that counts as none
 
 
@@ -87,7 +86,7 @@ def reproduce_paper(
     workers : processes; one a core if None. The numbers do not depend on it.
     progress : called with stage, done, total
     """
-    started = time.perf_counter()
+    started, progress = time.perf_counter(), progress or untold
     prepare_numerics()
     seeds = np.random.SeedSequence(seed).spawn(3)
     with process_executor(workers) as executor:
@@ -101,8 +100,7 @@ def reproduce_paper(
         recoveries = []
         for one in recovering:
             recoveries.append(one)
-            if progress is not None:
-                progress("posteriors", len(recoveries), 2)
+            progress("posteriors", len(recoveries), 2)
     result = Reproduction(
         loops=loops,
         others=others,

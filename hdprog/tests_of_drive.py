@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -23,9 +23,9 @@ from hdprog.inference.priors import Prior
 from hdprog.inference.summarise import figure_requests, summarise
 from hdprog.inference.until_converged import SamplingPlan
 from hdprog.parallel import begin, spread_over
+from hdprog.progress import Progress, untold
 from hdprog.results import TestResult
 
-Progress = Callable[[str, int, int], None]
 Result = TypeVar("Result")
 
 
@@ -107,7 +107,7 @@ def fit_tests(
     seeds: Sequence[np.random.SeedSequence],
     plan: SamplingPlan,
     executor: Executor | None,
-    progress: Progress | None = None,
+    progress: Progress = untold,
 ) -> list[FittedTest]:
     """Fit every test with the drive model alone.
 
@@ -132,19 +132,17 @@ def trace_tests(
     prior: Prior,
     seeds: Sequence[np.random.SeedSequence],
     executor: Executor | None,
-    progress: Progress | None = None,
+    progress: Progress = untold,
 ) -> tuple[Traced, ...]:
     """Look for effects in all tests together; parameters as in `fit_tests`."""
     count, spread = len(loops), spread_over(executor)
-    if progress is not None:
-        progress("effects", 0, 1)
+    progress("effects", 0, 1)
     preparing, searching = zip(*(_children(seed)[:2] for seed in seeds), strict=True)
     prepared: list[Prepared] = list(
         spread(_prepare, loops, [folder.drive] * count, [prior] * count, preparing)
     )
     traced = trace(prepared, searching, spread=spread)
-    if progress is not None:
-        progress("effects", 1, 1)
+    progress("effects", 1, 1)
     return traced
 
 
@@ -154,7 +152,7 @@ def fit_and_close(
     seeds: Sequence[np.random.SeedSequence],
     plan: SamplingPlan,
     executor: Executor | None,
-    progress: Progress | None = None,
+    progress: Progress = untold,
 ) -> tuple[list[FittedTest], Iterator[Closed]]:
     """Fit every test with what was found in it; parameters as in `fit_tests`.
 
@@ -179,11 +177,10 @@ def _children(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:
 
 
 def _counted(
-    results: Iterable[Result], stage: str, total: int, progress: Progress | None
+    results: Iterable[Result], stage: str, total: int, progress: Progress
 ) -> Iterator[Result]:
     for number, one in enumerate(results, start=1):
-        if progress is not None:
-            progress(stage, number, total)
+        progress(stage, number, total)
         yield one
 
 

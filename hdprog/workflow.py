@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -21,6 +21,7 @@ from hdprog.discovery.explain import Closed, sample_base, sample_final
 from hdprog.discovery.explain import explain as explain_loop
 from hdprog.discovery.search import trace
 from hdprog.errors import UsageError
+from hdprog.explanation import DriveExplanation
 from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.five_points import identify_record
 from hdprog.inference.prepare import prepare, scales_of
@@ -38,10 +39,10 @@ from hdprog.parallel import (
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.effects.base import Effect
 from hdprog.physics.figures import figures
-from hdprog.results import DriveResult, Forecast, Provenance, TestResult
+from hdprog.progress import Progress, untold
+from hdprog.results import DriveResult, Forecast, Provenance, TestResult, TrendSummary
 from hdprog.tests_of_drive import fit_and_close, fit_tests, trace_tests, with_rated_torque
 
-Progress = Callable[[str, int, int], None]
 Method = Literal["posterior", "paper"]
 METHODS: tuple[Method, ...] = ("posterior", "paper")
 _PARTS = 2  # of the ensembles of a single record, whatever the cores: the draws depend on it
@@ -115,7 +116,7 @@ def fit(
             plan=QUICK if quick else FULL,
             parts=_PARTS,
             executor=executor,
-            progress=progress,
+            progress=progress or untold,
         )
     requests = figure_requests(drive, posterior.operation)
     test = summarise(posterior, requests, _stem(loop), {})
@@ -192,8 +193,7 @@ def explain(
         entropy = np.random.SeedSequence(rng.integers(0, 2**32, size=4).tolist())
         spread = spread_over(executor)
         traced = trace([prepared], [entropy], spread=spread, inner=spread)[0]
-        if progress is not None:
-            progress("sampling", 0, 1)
+        (progress or untold)("sampling", 0, 1)
         of_final, of_base = rng.spawn(2)
         after = begin(executor, sample_final, traced, of_final, plan)
         before = sample_base(traced, of_base)
@@ -262,7 +262,7 @@ def run(
     from hdprog.outlook_of_drive import begin_beside, begin_outlook, effects_to_follow
     from hdprog.trend.wear_prior import read_wear_prior
 
-    loads, seed = _checked_loads(loads), checked_seed(seed)
+    loads, seed, progress = _checked_loads(loads), checked_seed(seed), progress or untold
     folder = read_drive_folder(as_path(path, "path", "a drive folder's path"))
     wear_prior, others = read_wear_prior(), None
     require_horizon(folder.drive, folder.tests)
@@ -293,8 +293,7 @@ def run(
         seconds["fits"] = time.perf_counter() - started
         posteriors = tuple(one.posterior for one in fitted)
         parts = len(folder.tests) + 1 if explain else 1
-        if progress is not None:
-            progress("trend", 0, parts)
+        progress("trend", 0, parts)
         started = time.perf_counter()
         lasting = effects_to_follow(folder, posteriors, wear_prior) if explain else ()
         shared = (wear_prior, others, seeds[-2:])
@@ -310,19 +309,9 @@ def run(
         found = ahead.outlook(loads)
         if explanation is not None:
             without = found.forecasts if beside is None else beside.forecasts()
-            came = {one.effect for one in found.trend.sudden}
-            explanation = replace(
-                explanation,
-                effects=tuple(
-                    replace(effect, origin="unclear") if effect.id in came else effect
-                    for effect in explanation.effects
-                ),
-                remaining_hours_before=_remaining(without),
-                remaining_hours_after=_remaining(found.forecasts),
-            )
+            explanation = _with_outlook(explanation, without, found.trend, found.forecasts)
     seconds["outlook"] = time.perf_counter() - started
-    if progress is not None:
-        progress("trend", parts, parts)
+    progress("trend", parts, parts)
     result = DriveResult(
         drive=declared,
         tests=tuple(one.result for one in fitted),
@@ -352,6 +341,25 @@ def _checked_loads(loads: Sequence[float]) -> tuple[float, ...]:
             f"over torque so far, from {_LEAST_LOAD:g} to {_MOST_LOAD:g}. Give 0.8 for 80 %."
         )
     return values
+
+
+def _with_outlook(
+    explanation: DriveExplanation,
+    without: tuple[Forecast, ...],
+    trend: TrendSummary,
+    forecasts: tuple[Forecast, ...],
+) -> DriveExplanation:
+    """What was found, with what the trend says of it, and forecasts without and with it."""
+    came = {one.effect for one in trend.sudden}
+    return replace(
+        explanation,
+        effects=tuple(
+            replace(effect, origin="unclear") if effect.id in came else effect
+            for effect in explanation.effects
+        ),
+        remaining_hours_before=_remaining(without),
+        remaining_hours_after=_remaining(forecasts),
+    )
 
 
 def _remaining(forecasts: tuple[Forecast, ...]) -> dict[float, float | None] | None:

@@ -25,12 +25,12 @@ from hdprog.inference.sampler import RidgePosterior, initial_states, worth_walke
 from hdprog.inference.starting_points import StartingPoint, describe
 from hdprog.inference.until_converged import (
     FULL,
-    Progress,
     SamplingPlan,
     sample_until_converged,
 )
 from hdprog.inference.within_blocks import WithinBlocks
 from hdprog.physics.effects.base import Effect
+from hdprog.progress import Progress, untold
 
 _WITH_EFFECTS = 60  # steps kept where effects are drawn beside: a draw costs ten evaluations
 
@@ -45,7 +45,7 @@ def fit_loop(
     plan: SamplingPlan = FULL,
     parts: int = 1,
     executor: Executor | None = None,
-    progress: Progress | None = None,
+    progress: Progress = untold,
 ) -> Posterior:
     """Posterior of the eight parameters from one loop.
 
@@ -100,7 +100,7 @@ def sample_posterior(
     parts: int = 1,
     to_readings: bool = True,
     executor: Executor | None = None,
-    progress: Progress | None = None,
+    progress: Progress = untold,
 ) -> Posterior:
     """Posterior of a prepared record under one model.
 

@@ -173,9 +173,7 @@ def _ensembles(
     posterior = PlainPosterior(likelihood)
     walkers = max(plan.walkers, _WALKERS_A_DIMENSION * likelihood.size)
     states = initial_states(posterior, starts, rng, walkers=walkers)
-    chains, diagnostics, sampling, converged = sample_until_converged(
-        posterior, states, plan, rng, None, None
-    )
+    chains, diagnostics, sampling, converged = sample_until_converged(posterior, states, plan, rng)
     del sampling["evaluations"]
     every = -(-chains.shape[1] // plan.stored_steps)
     return _posterior(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -23,8 +23,8 @@ from hdprog.inference.sampler import (
 from hdprog.inference.starting_points import StartingPoint
 from hdprog.inference.threshold_redraw import ThresholdRedraw
 from hdprog.physics.parameters import FloatArray
+from hdprog.progress import Progress, untold
 
-Progress = Callable[[str, int, int], None]
 _SLOW = 9.0  # autocorrelation time in steps above which the proposal is fitted anew
 _HELPED = 0.8  # of the time before, which a proposal fitted anew must reach to be fitted again
 _TAIL_DEGREES = 6.0  # of Student's t where the Gaussians' tails have held walkers up
@@ -104,8 +104,8 @@ def sample_until_converged(
     states: list[EnsembleState],
     plan: SamplingPlan,
     rng: np.random.Generator,
-    executor: Executor | None,
-    progress: Progress | None,
+    executor: Executor | None = None,
+    progress: Progress = untold,
     modes: Sequence[StartingPoint] = (),
 ) -> tuple[FloatArray, Diagnostics, dict[str, float], bool]:
     """Warm up, freeze the proposal, sample until all diagnostics pass or the bound is reached.
@@ -173,8 +173,7 @@ def sample_until_converged(
             ridge, accepted, states = advance(plan.first_steps * refits, mixture)
             continue
         wanted = max(plan.first_steps, math.ceil(plan.lengths * tau))
-        if progress is not None:
-            progress("sampling", min(total, wanted), wanted)
+        progress("sampling", min(total, wanted), wanted)
         if total >= wanted or steps_done >= bound:
             chains = _unconstrained(posterior, ridge[:, :: max(1, int(tau / 2))])
             diagnostics = diagnose(chains)

@@ -87,7 +87,7 @@ def test_sampling_goes_on_until_the_mode_has_its_share(*, told: bool) -> None:
     states = [EnsembleState(walkers, fresh_random_state(rng))]
     plan = SamplingPlan(required_ess=400.0, warm_up_steps=(40, 20, 20), components=(2, 2, 2))
     chains, _, sampling, converged = sample_until_converged(
-        target, states, plan, rng, None, None, target.modes if told else ()
+        target, states, plan, rng, modes=target.modes if told else ()
     )
     assert converged
     share = (chains[..., 0] > 10.0).mean(axis=(1, 2))
@@ -104,7 +104,7 @@ def test_a_run_that_has_lost_nothing_is_left_as_it_is() -> None:
         walkers = drawn((66, 30), rng)[rng.permutation(96)].reshape(4, 24, SIZE)
         states = [EnsembleState(walkers, fresh_random_state(rng))]
         plan = SamplingPlan(required_ess=400.0, warm_up_steps=(40, 20, 20), components=(2, 2, 2))
-        chains = sample_until_converged(target, states, plan, rng, None, None, modes)[0]
+        chains = sample_until_converged(target, states, plan, rng, modes=modes)[0]
         runs.append((chains, rng.integers(1 << 30)))
     np.testing.assert_array_equal(runs[0][0], runs[1][0])
     assert runs[0][1] == runs[1][1]
@@ -125,7 +125,7 @@ def test_a_run_that_cannot_find_its_mode_again_says_so(monkeypatch: pytest.Monke
         further_steps=0,
     )
     _, diagnostics, sampling, converged = sample_until_converged(
-        target, states, plan, rng, None, None, target.modes
+        target, states, plan, rng, modes=target.modes
     )
     assert not converged
     said = fit_loop._not_converged(sampling, diagnostics)
