@@ -25,7 +25,7 @@ from hdprog.inference.prepare import scales_of
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import Prior
 from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
-from hdprog.outcome import in_a_line, write_beside_report
+from hdprog.outcome import WithReport, in_a_line
 from hdprog.parallel import prepare_numerics, process_executor, spread_over
 from hdprog.progress import Progress, untold
 from hdprog.results import Provenance
@@ -38,21 +38,17 @@ _PACKAGES = ("numpy", "scipy", "emcee")
 
 
 @dataclass(frozen=True, repr=False)
-class Backtest:
+class Backtest(WithReport):
     """What a backtest hands back: scores, and files to write."""
 
     result: BacktestResult
+    file = "backtest.json"
 
     def __repr__(self) -> str:
         """Return what this is, for a notebook; all numbers would fill pages."""
         return in_a_line(
             self, (drive.drive_id for drive in self.result.drives), converged=self.converged
         )
-
-    @property
-    def converged(self) -> bool:
-        """Whether every fit and every trend converged."""
-        return self.result.converged
 
     @property
     def sentence(self) -> str:
@@ -69,15 +65,11 @@ class Backtest:
 
         return backtest_json(self.result)
 
-    def write(self, out: str | Path, command: str = "Python API") -> None:
-        """Write backtest.json and report.html, each whole; a new folder at once."""
+    def report(self) -> str:
+        """Content of report.html."""
         from hdprog.reporting.backtest import build_backtest_report
 
-        provenance = replace(self.result.provenance, command=command)
-        stamped = replace(self, result=replace(self.result, provenance=provenance))
-        write_beside_report(
-            Path(out), "backtest.json", stamped.document(), build_backtest_report(stamped.result)
-        )
+        return build_backtest_report(self.result)
 
 
 def backtest(

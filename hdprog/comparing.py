@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.inference.prepare import prepare
 from hdprog.inference.until_converged import FULL, QUICK
-from hdprog.outcome import in_a_line, write_beside_report
+from hdprog.outcome import WithReport, in_a_line
 from hdprog.parallel import prepare_numerics, process_executor, spread_over
 from hdprog.physics.other_models import MODELS
 from hdprog.progress import Progress, untold
@@ -29,7 +28,7 @@ _LONGEST = ("preisach", DRIVE, "tuttle", "dhaouadi", "seyfferth", "maxwell_slip"
 
 
 @dataclass(frozen=True, repr=False)
-class ComparisonOutcome:
+class ComparisonOutcome(WithReport):
     """The models on one record, best first, ready to be written.
 
     Attributes
@@ -38,6 +37,7 @@ class ComparisonOutcome:
     """
 
     result: Comparison
+    file = "compare.json"
 
     def __repr__(self) -> str:
         """Return what this is, for a notebook; all numbers would fill pages."""
@@ -47,11 +47,6 @@ class ComparisonOutcome:
     def models(self) -> tuple[ComparedModel, ...]:
         """The models, best first."""
         return self.result.models
-
-    @property
-    def converged(self) -> bool:
-        """Whether every model's posterior converged."""
-        return self.result.converged
 
     @property
     def sentence(self) -> str:
@@ -66,15 +61,11 @@ class ComparisonOutcome:
 
         return comparison_json(self.result)
 
-    def write(self, out: str | Path, command: str = "Python API") -> None:
-        """Write compare.json and report.html, each whole; a new folder at once."""
+    def report(self) -> str:
+        """Content of report.html."""
         from hdprog.reporting.comparison import build_comparison_report
 
-        provenance = replace(self.result.provenance, command=command)
-        stamped = ComparisonOutcome(replace(self.result, provenance=provenance))
-        write_beside_report(
-            Path(out), "compare.json", stamped.document(), build_comparison_report(stamped.result)
-        )
+        return build_comparison_report(self.result)
 
 
 def compare(

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import importlib
 import json
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -54,6 +55,43 @@ def write_beside_report(out: Path, name: str, document: Mapping[str, Any], repor
         text = json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False)
         (folder / name).write_text(text + "\n", "utf-8")
         (folder / "report.html").write_text(report, "utf-8")
+
+
+@dataclass(frozen=True, repr=False)
+class WithReport(ABC):
+    """A result that is written as one JSON document beside its report.
+
+    Attributes
+    ----------
+    result : numbers ready to be written, with their provenance
+    file : name of the document
+    """
+
+    result: Any
+    file: ClassVar[str]
+
+    @property
+    def converged(self) -> bool:
+        """Whether everything that was sampled converged."""
+        return bool(self.result.converged)
+
+    @abstractmethod
+    def document(self) -> dict[str, Any]:
+        """Content of the JSON document."""
+
+    @abstractmethod
+    def report(self) -> str:
+        """Content of report.html."""
+
+    def write(self, out: str | Path, command: str = "Python API") -> None:
+        """Write the document and report.html, each whole; a new folder at once."""
+        stamped = replace(self, result=_stamped(self.result, command))
+        write_beside_report(Path(out), self.file, stamped.document(), stamped.report())
+
+
+def _stamped(result: Any, command: str) -> Any:
+    """A result whose provenance tells the command, as typed."""
+    return replace(result, provenance=replace(result.provenance, command=command))
 
 
 @dataclass(frozen=True, repr=False)
@@ -174,8 +212,7 @@ class Outcome:
         from hdprog.reporting.build import build_report
         from hdprog.reporting.explain_json import explain_json
 
-        provenance = replace(self.result.provenance, command=command)
-        stamped = replace(self, result=replace(self.result, provenance=provenance))
+        stamped = replace(self, result=_stamped(self.result, command))
         with (
             atomic_directory(Path(out), results_in(Path(out))) as folder,
             process_executor(workers) as executor,

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from hdprog.inference.until_converged import FULL, QUICK
-from hdprog.outcome import write_beside_report
+from hdprog.outcome import WithReport
 from hdprog.parallel import prepare_numerics, process_executor, spread_over
 from hdprog.physics.figures import ARCMIN_PER_RAD
 from hdprog.progress import Progress, untold
@@ -23,7 +22,7 @@ _STRAIGHT = 0.05  # change of slope of a loop's middle that counts as none
 
 
 @dataclass(frozen=True)
-class ReproductionOutcome:
+class ReproductionOutcome(WithReport):
     """What came out, ready to be written.
 
     Attributes
@@ -32,16 +31,12 @@ class ReproductionOutcome:
     """
 
     result: Reproduction
+    file = "reproduction.json"
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """The paper's claims with what came out."""
         return self.result.findings
-
-    @property
-    def converged(self) -> bool:
-        """Whether the posteriors of the recoveries converged."""
-        return self.result.converged
 
     @property
     def sentence(self) -> str:
@@ -56,18 +51,11 @@ class ReproductionOutcome:
 
         return reproduction_json(self.result)
 
-    def write(self, out: str | Path, command: str = "Python API") -> None:
-        """Write reproduction.json and report.html, each whole; a new folder at once."""
+    def report(self) -> str:
+        """Content of report.html."""
         from hdprog.reporting.reproduction import build_reproduction_report
 
-        provenance = replace(self.result.provenance, command=command)
-        stamped = ReproductionOutcome(replace(self.result, provenance=provenance))
-        write_beside_report(
-            Path(out),
-            "reproduction.json",
-            stamped.document(),
-            build_reproduction_report(stamped.result),
-        )
+        return build_reproduction_report(self.result)
 
 
 def reproduce_paper(
