@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from hdprog.inference.diagnostics import Diagnostics
 from hdprog.inference.fit_loop import sample_posterior
-from hdprog.inference.fit_other import ensembles_in_words, fit_other
+from hdprog.inference.fit_other import OtherPosterior, ensembles_in_words, fit_other
 from hdprog.inference.likelihood import LoopLikelihood
+from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, settle_noise
 from hdprog.inference.starting_points import StartingPoint
 from hdprog.inference.until_converged import SamplingPlan
@@ -32,6 +33,23 @@ class Drawn:
     method: str
     sampling: Mapping[str, float]
 
+    @staticmethod
+    def of(
+        posterior: Posterior | OtherPosterior, starts: Sequence[StartingPoint], method: str
+    ) -> Drawn:
+        """What both kinds of posterior have alike; modes and how it was sampled beside."""
+        return Drawn(
+            posterior.likelihood,
+            tuple(starts),
+            posterior.chains,
+            posterior.offset,
+            posterior.noise_scale,
+            posterior.diagnostics,
+            posterior.converged,
+            method,
+            posterior.sampling,
+        )
+
     def flat(self, draws: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Evenly chosen points (draws, size), offsets and noise scales (draws,)."""
         size = self.chains.shape[-1]
@@ -49,17 +67,7 @@ def drive_draws(prepared: Prepared, rng: np.random.Generator, plan: SamplingPlan
     """
     likelihood, starts = settle_noise(prepared.likelihood, prepared.starts, rng)
     posterior = sample_posterior(prepared, likelihood, starts, rng, plan=plan, to_readings=False)
-    return Drawn(
-        posterior.likelihood,
-        tuple(starts),
-        posterior.chains,
-        posterior.offset,
-        posterior.noise_scale,
-        posterior.diagnostics,
-        posterior.converged,
-        ensembles_in_words(posterior.sampling),
-        posterior.sampling,
-    )
+    return Drawn.of(posterior, starts, ensembles_in_words(posterior.sampling))
 
 
 def other_draws(
@@ -67,14 +75,4 @@ def other_draws(
 ) -> Drawn:
     """Posterior of another model on a prepared record."""
     posterior = fit_other(prepared, BY_ID[model_id], rng, plan)
-    return Drawn(
-        posterior.likelihood,
-        posterior.starts,
-        posterior.chains,
-        posterior.offset,
-        posterior.noise_scale,
-        posterior.diagnostics,
-        posterior.converged,
-        posterior.method,
-        posterior.sampling,
-    )
+    return Drawn.of(posterior, posterior.starts, posterior.method)

@@ -47,6 +47,12 @@ def request_of(limit: Limit) -> FigureRequest:
     return FigureRequest(limit.quantity, limit.at_torque_Nm)
 
 
+def room(limit: Limit, values: FloatArray) -> FloatArray:
+    """How far figures (any shape) are from a limit, in their unit; zero or less is past it."""
+    sign = 1.0 if limit.direction == "above" else -1.0
+    return sign * (limit.threshold - values)
+
+
 def margins(
     limit: Limit,
     paths: Paths,
@@ -70,8 +76,7 @@ def margins(
         return figure_paths(request, coordinates, prior, operation, followed)
 
     values = figure(paths.coordinates)
-    sign = 1.0 if limit.direction == "above" else -1.0
-    return Margins(sign * (limit.threshold - values), _wander(figure, values, paths))
+    return Margins(room(limit, values), _wander(figure, values, paths))
 
 
 def _wander(

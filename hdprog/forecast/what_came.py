@@ -10,7 +10,7 @@ import numpy as np
 
 from hdprog.config import Limit
 from hdprog.data.truth_file import Truth
-from hdprog.forecast.limits import request_of
+from hdprog.forecast.limits import request_of, room
 from hdprog.inference.priors import Prior
 from hdprog.physics.figures import Operation
 from hdprog.physics.parameters import FloatArray
@@ -64,13 +64,12 @@ def until_intervention(tests: Sequence[SeenTest]) -> tuple[SeenTest, ...]:
 
 def first_passing(hours: Sequence[float], values: Sequence[float], limit: Limit) -> float:
     """Hour at which straight lines between points first pass a limit; infinite if they do not."""
-    sign = 1.0 if limit.direction == "above" else -1.0
-    room = sign * (limit.threshold - np.asarray(values, dtype=float))
-    if room[0] <= 0:
+    left = room(limit, np.asarray(values, dtype=float))
+    if left[0] <= 0:
         return float(hours[0])
-    for index in range(1, room.size):
-        if room[index] <= 0:
-            share = room[index - 1] / (room[index - 1] - room[index])
+    for index in range(1, left.size):
+        if left[index] <= 0:
+            share = left[index - 1] / (left[index - 1] - left[index])
             return float(hours[index - 1] + share * (hours[index] - hours[index - 1]))
     return math.inf
 

@@ -50,6 +50,12 @@ class CatalogueNumbers:
             table["rated_torque_Nm"] = self.rated_torque
         return table
 
+    def torsion(self, torque: float) -> float:
+        """Torsion angle in rad at a torque in Nm, zero or more."""
+        first = min(torque, self.T1) / self.K1
+        second = max(0.0, min(torque, self.T2) - self.T1) / self.K2
+        return first + second + max(0.0, torque - self.T2) / self.K3
+
     def check(self, where: str) -> None:
         """Refuse numbers that no strain wave gear has, most often those in other units.
 
@@ -78,7 +84,7 @@ class CatalogueNumbers:
                 "Take the order of the columns from the catalogue; the model has no gear that "
                 "softens under load.",
             )
-        torsion = self.T1 / self.K1 + (self.T2 - self.T1) / self.K2
+        torsion = self.torsion(self.T2)
         if not _FEWEST_TORSION <= torsion <= _MOST_TORSION:
             raise BadInputError(
                 f"a torsion of {torsion:.3g} rad at T2",
@@ -197,12 +203,8 @@ def times_expected(model: str | None, stiffness: float, span: float, sides: str)
     gear = None if model is None else find_gear(model)
     if gear is None:
         return None
-    maker = gear.numbers
     peak = span / (2.0 if sides == "two-sided" else 1.0)
-    first = min(peak, maker.T1) / maker.K1
-    second = max(0.0, min(peak, maker.T2) - maker.T1) / maker.K2
-    third = max(0.0, peak - maker.T2) / maker.K3
-    return stiffness * (first + second + third) / peak
+    return stiffness * gear.numbers.torsion(peak) / peak
 
 
 def find_gear(model: str, *, types: bool = True) -> CatalogueGear | None:

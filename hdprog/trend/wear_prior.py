@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from statistics import NormalDist
@@ -292,15 +291,10 @@ class WearPrior(_Strict):
         return variance
 
 
-@dataclass(frozen=True)
-class _Where:
-    text: str
-    label: str
-
-
-def _read(path: Path | None) -> _Where:
+def _read(path: Path | None) -> tuple[str, str]:
+    """Text of a file, and its name for messages; of the shipped one if None."""
     if path is None:
-        return _Where((shipped("priors") / FILE).read_text("utf-8"), f"priors/{FILE}")
+        return (shipped("priors") / FILE).read_text("utf-8"), f"priors/{FILE}"
     if not path.is_file():
         raise BadInputError(
             found=f"no file {path}",
@@ -308,7 +302,7 @@ def _read(path: Path | None) -> _Where:
             expected=f"a file like the shipped {FILE}",
             advice="Correct the path.",
         )
-    return _Where(path.read_text("utf-8"), str(path))
+    return path.read_text("utf-8"), str(path)
 
 
 def read_wear_prior(path: Path | None = None) -> WearPrior:
@@ -319,9 +313,9 @@ def read_wear_prior(path: Path | None = None) -> WearPrior:
     BadInputError
         if there is no such file or its content is not a wear prior
     """
-    source = _read(path)
+    text, where = _read(path)
     try:
-        prior = WearPrior.model_validate(tomllib.loads(source.text))
+        prior = WearPrior.model_validate(tomllib.loads(text))
         for table, names in (
             (prior.loadings, NAMES),
             (prior.drift_scale, NAMES),
@@ -339,7 +333,7 @@ def read_wear_prior(path: Path | None = None) -> WearPrior:
             reason = ".".join(str(part) for part in first["loc"]) + ": " + first["msg"]
         raise BadInputError(
             found=reason,
-            where=source.label,
+            where=where,
             expected=f"the tables of the shipped {FILE}",
             advice=f"Compare with the shipped {FILE}.",
         ) from None
