@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
-from hdprog.data.noise_level import channel_noise, noise_sd, quantisation_step
+from hdprog.data.noise_level import channel_noise, quantisation_step
 from hdprog.data.usable import side_coverage
 from hdprog.physics.figures import LOST_MOTION_SHARE
 
@@ -181,8 +181,8 @@ def _clipping(loop: Loop, stiffness: float) -> Iterator[str]:
     fewest = _fewest(loop)
     # Within one step of the torque's resolution the angle may go on and come back unseen.
     unseen = (0.005 + (quantisation_step(torque) or 0.0) / float(np.ptp(torque))) * np.ptp(angle)
-    unseen += 6.0 * noise_sd(angle, loop.time)
-    about = 6.0 * noise_sd(torque, loop.time)
+    unseen += 6.0 * loop.angle_scatter
+    about = 6.0 * loop.torque_scatter
     by_noise = unseen + 3.0 * about / abs(stiffness)
     for name, extreme in (("largest", torque.max()), ("smallest", torque.min())):
         clipped = [
@@ -224,7 +224,7 @@ def _standstill(loop: Loop) -> Iterator[str]:
     enough = max(
         _STANDSTILL * float(np.ptp(torque)), 3 * (quantisation_step(angle) or 0.0) / per_torque
     )
-    noise = 6.0 * noise_sd(torque, loop.time)
+    noise = 6.0 * loop.torque_scatter
     enough += noise
     fewest = _fewest(loop)
     begins = np.append(0, np.flatnonzero(np.diff(angle)) + 1)
@@ -270,7 +270,7 @@ def _backwards(loop: Loop, turns: NDArray[np.intp]) -> Iterator[str]:
     least = _BACKWARDS[0] * float(np.ptp(angle))
     if not gaps:
         return
-    noise = noise_sd(angle, loop.time) / np.sqrt(np.median(points))
+    noise = loop.angle_scatter / np.sqrt(np.median(points))
     gap = float(np.median(gaps))
     if gap < -max(least, _BACKWARDS[1] * noise):
         yield (
@@ -318,7 +318,7 @@ def _noise_vanishes(values: NDArray[np.float64], run: NDArray[np.intp]) -> bool:
 def _gaps(loop: Loop, turns: NDArray[np.intp]) -> Iterator[str]:
     steps = np.abs(np.diff(loop.torque))
     span = float(np.ptp(loop.torque))
-    usual = max(20.0 * float(np.median(steps)), 8.0 * noise_sd(loop.torque, loop.time), 0.05 * span)
+    usual = max(20.0 * float(np.median(steps)), 8.0 * loop.torque_scatter, 0.05 * span)
     jumps = np.flatnonzero(steps > usual)
     # A spike jumps out and back; what stays away is a gap.
     lasting = [

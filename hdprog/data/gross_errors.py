@@ -44,7 +44,10 @@ def levelled(loop: Loop) -> tuple[Loop, NDArray[np.bool_]]:
     the record with straight lines drawn through wrong readings, and which readings of torque or
     angle those were, (samples,)
     """
-    noise = tuple(_noise(values, loop.time) for values in (loop.torque, loop.angle))
+    noise = (
+        _more_than_rounding(loop.torque_scatter, loop.torque),
+        _more_than_rounding(loop.angle_scatter, loop.angle),
+    )
     wrong_torque = _jumping(loop.torque, noise[0])
     wrong_angle = _jumping(loop.angle, noise[1])
     loaded = _loaded(loop, wrong_torque | wrong_angle, noise)
@@ -67,13 +70,14 @@ def _sound(
     """A channel beside torque and angle, with lines through its wrong readings; else itself."""
     if values is None:
         return None
-    straight, _ = _straightened(values, _jumping(values, _noise(values, time)))
+    noise = _more_than_rounding(noise_sd(values, time), values)
+    straight, _ = _straightened(values, _jumping(values, noise))
     return straight
 
 
-def _noise(values: NDArray[np.float64], time: NDArray[np.float64] | None) -> float:
+def _more_than_rounding(noise: float, values: NDArray[np.float64]) -> float:
     """Noise of a channel, with no less than what rounding leaves."""
-    return noise_sd(values, time) + _ROUNDING * float(np.ptp(values))
+    return noise + _ROUNDING * float(np.ptp(values))
 
 
 def _jumping(values: NDArray[np.float64], noise: float) -> NDArray[np.bool_]:

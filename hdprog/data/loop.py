@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hdprog.data.noise_level import noise_sd
 from hdprog.errors import BadInputError
 
 __all__ = ["Loop"]
@@ -152,6 +154,19 @@ class Loop:
         shifted = time - time[0]
         shifted.setflags(write=False)
         object.__setattr__(self, "time", shifted)
+
+    @cached_property
+    def torque_scatter(self) -> float:
+        """Standard deviation of the torque's noise about its smooth course [Nm], see `noise_sd`.
+
+        Found once: in a long record it takes its time, and several judges ask for it.
+        """
+        return noise_sd(self.torque, self.time)
+
+    @cached_property
+    def angle_scatter(self) -> float:
+        """The same of the angle [rad]."""
+        return noise_sd(self.angle, self.time)
 
     def __len__(self) -> int:
         """Return the number of samples."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SD_PER_MEDIAN", "channel_noise", "noise_sd", "quantisation_step"]
+__all__ = ["SD_PER_MEDIAN", "channel_noise", "error_sd", "noise_sd", "quantisation_step"]
 
 SD_PER_MEDIAN = 1.482602218505602
 """Standard deviation of a normal x over the median of |x|: 1/Φ⁻¹(3/4)."""
@@ -176,5 +176,9 @@ def channel_noise(values: NDArray[np.float64], time: NDArray[np.float64] | None 
     float
         In the channel's unit. A step q adds q/√12 where the noise does not already show it.
     """
-    step = quantisation_step(values)
-    return max(noise_sd(values, time), (step or 0.0) / math.sqrt(12.0))
+    return error_sd(noise_sd(values, time), quantisation_step(values))
+
+
+def error_sd(noise: float, step: float | None) -> float:
+    """Return the standard deviation of noise and quantisation together; see `channel_noise`."""
+    return max(noise, (step or 0.0) / math.sqrt(12.0))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hdprog.config import Drive
 from hdprog.data.doubts import doubts
 from hdprog.data.loop import Loop
-from hdprog.data.noise_level import channel_noise, quantisation_step
+from hdprog.data.noise_level import error_sd, quantisation_step
 from hdprog.data.turning_points import turning_points
 from hdprog.data.usable import require_numbers, require_usable
 
@@ -114,6 +114,7 @@ def assess(loop: Loop, drive: Drive | None = None) -> Quality:
             for moved, (start, end) in zip(travel, branches, strict=True)
         )
     temperature = loop.temperature
+    torque_step, angle_step = quantisation_step(torque), quantisation_step(loop.angle)
     found = doubts(loop, turns, stiffness, drive)
     return Quality(
         samples=len(loop),
@@ -128,10 +129,10 @@ def assess(loop: Loop, drive: Drive | None = None) -> Quality:
         loading_rates=rates,
         temperature_min=None if temperature is None else float(temperature.min()),
         temperature_max=None if temperature is None else float(temperature.max()),
-        torque_step=quantisation_step(torque),
-        angle_step=quantisation_step(loop.angle),
-        torque_noise=channel_noise(torque, loop.time),
-        angle_noise=channel_noise(loop.angle, loop.time),
+        torque_step=torque_step,
+        angle_step=angle_step,
+        torque_noise=error_sd(loop.torque_scatter, torque_step),
+        angle_noise=error_sd(loop.angle_scatter, angle_step),
         warnings=tuple(dict.fromkeys((*loop.warnings, *found))),
     )
 

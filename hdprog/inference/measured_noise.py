@@ -7,7 +7,7 @@ from scipy.ndimage import median_filter
 
 from hdprog.config import NoiseResolution
 from hdprog.data.loop import Loop
-from hdprog.data.noise_level import channel_noise
+from hdprog.data.noise_level import error_sd, quantisation_step
 from hdprog.data.reduce import ReducedLoop
 from hdprog.physics.parameters import FloatArray
 
@@ -23,8 +23,8 @@ def reading_noise(loop: Loop, resolution: NoiseResolution) -> tuple[float, float
     -------
     torque noise in Nm, angle noise in rad
     """
-    torque = channel_noise(loop.torque, loop.time)
-    angle = channel_noise(loop.angle, loop.time)
+    torque = error_sd(loop.torque_scatter, quantisation_step(loop.torque))
+    angle = error_sd(loop.angle_scatter, quantisation_step(loop.angle))
     if resolution.torque_Nm is not None:
         torque = max(torque, resolution.torque_Nm / np.sqrt(12))
     if resolution.angle_rad is not None:
