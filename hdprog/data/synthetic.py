@@ -207,49 +207,59 @@ def write_drive_folder(
         time = reading_times(max_torque_Nm, samples, cycles, rates, one_sided=one_sided)
         new = {name: float(values[0]) for name, values in course.items()}
         added = AddedEffects.drawn(chosen, new, torque, time, ALPHA, seed)
-    rows, truth_tests = [], []
     with atomic_directory(out) as folder:
-        (folder / "loops").mkdir()
-        for number, moment in enumerate(at, start=1):
-            index = int(np.searchsorted(grid, moment))
-            state = {name: float(values[index]) for name, values in course.items()}
-            mounted = {
-                name: value * float(np.exp(REMOUNTING * rng.standard_normal()))
-                for name, value in state.items()
-            }
-            name = f"t{number:02d}"
-            table = measured_loop(mounted, torque, rng, added)
-            _write_loop(folder / "loops" / f"{name}.csv", table, quick=added is not None)
-            rows.append(f"{name},loops/{name}.csv,{moment:g}")
-            truth_tests.append(
-                {"test_id": name, "service_hours": moment, "state": state, "mounted": mounted}
-            )
+        states = [
+            {name: float(values[place]) for name, values in course.items()}
+            for place in np.searchsorted(grid, at)
+        ]
         truth: dict[str, Any] = {
             "made_by": command,
             "seed": seed,
             "scenario": scenario,
             "remounting_scatter": REMOUNTING,
-            "tests": truth_tests,
+            "tests": _write_tests(folder, at, states, torque, rng, added),
             "crossing_hours": _crossings(grid, course),
             "horizon_hours": horizon,
         }
         if added is not None:
             truth["effects"] = added.truth()
-        limits = "".join(_limit_toml(*limit) for limit in LIMITS)
-        (folder / "drive.toml").write_text(
-            _DRIVE_TOML.format(
-                # a string of JSON is one of TOML, but for DEL
-                name=json.dumps(out.name, ensure_ascii=False).replace("\x7f", "\\u007f"),
-                limits=limits,
-                horizon=horizon,
-            ),
-            "utf-8",
-        )
-        (folder / "tests.csv").write_text(
-            "test_id,file,service_hours\n" + "\n".join(rows) + "\n", "utf-8"
-        )
+        (folder / "drive.toml").write_text(_drive_toml(out.name, horizon), "utf-8")
         (folder / "truth.json").write_text(json.dumps(truth, indent=1) + "\n", "utf-8")
     return out
+
+
+def _write_tests(
+    folder: Path,
+    hours: FloatArray,
+    states: Sequence[Mapping[str, float]],
+    torque: FloatArray,
+    rng: np.random.Generator,
+    added: AddedEffects | None,
+) -> list[dict[str, Any]]:
+    """Write a loop for each state at its service hours, and tests.csv; what is true of each."""
+    (folder / "loops").mkdir()
+    rows, truth = ["test_id,file,service_hours"], []
+    for number, (moment, state) in enumerate(zip(hours, states, strict=True), start=1):
+        mounted = {
+            name: value * float(np.exp(REMOUNTING * rng.standard_normal()))
+            for name, value in state.items()
+        }
+        name = f"t{number:02d}"
+        table = measured_loop(mounted, torque, rng, added)
+        _write_loop(folder / "loops" / f"{name}.csv", table, quick=added is not None)
+        rows.append(f"{name},loops/{name}.csv,{moment:g}")
+        truth.append({"test_id": name, "service_hours": moment, "state": state, "mounted": mounted})
+    (folder / "tests.csv").write_text("\n".join(rows) + "\n", "utf-8")
+    return truth
+
+
+def _drive_toml(name: str, horizon: float) -> str:
+    return _DRIVE_TOML.format(
+        # a string of JSON is one of TOML, but for DEL
+        name=json.dumps(name, ensure_ascii=False).replace("\x7f", "\\u007f"),
+        limits="".join(_limit_toml(*limit) for limit in LIMITS),
+        horizon=horizon,
+    )
 
 
 def _require_no_drive_of_others(out: Path) -> None:
