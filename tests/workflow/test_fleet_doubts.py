@@ -21,8 +21,8 @@ def test_two_drives_of_one_id(monkeypatch: pytest.MonkeyPatch) -> None:
     result = drives.wearing(drives.LOST_MOTION, count=2)
     assert result.trend is not None
     summary = replace(result.trend, warnings=("first",), fleet=FleetShare(("a",), {}))
-    sampled = SimpleNamespace(summary=lambda *_: summary)
-    trend = SimpleNamespace(linearised=None, finished=lambda: sampled)
+    trend = SimpleNamespace(linearised=None, finished=lambda: None)
+    monkeypatch.setattr(outlook_of_drive, "summarise", lambda *_: summary)
     monkeypatch.setattr(outlook_of_drive, "told_early", lambda *_: None)
     monkeypatch.setattr(outlook_of_drive, "forecast", lambda *_, **__: ())
     others = FinishedRuns((), ("left out",), ("a doubt",))
