@@ -56,10 +56,16 @@ class Limit:
 
     @property
     def key(self) -> str:
-        """Key of the figure in summaries, e.g. ``secant_stiffness_Nm_per_rad@14Nm``."""
-        if self.at_torque_Nm is None:
-            return self.quantity
-        return f"{self.quantity}@{self.at_torque_Nm:g}Nm"
+        """Key of the figure in summaries, see `figure_key`."""
+        return figure_key(self.quantity, self.at_torque_Nm)
+
+
+def figure_key(quantity: str, at_torque: float | None) -> str:
+    """Key of a figure in summaries, e.g. ``secant_stiffness_Nm_per_rad@14Nm``.
+
+    Torques [Nm] that are alike to six digits have one key: no figure tells them apart.
+    """
+    return quantity if at_torque is None else f"{quantity}@{at_torque:g}Nm"
 
 
 def require_quantity(quantity: str, at_torque: float | None, where: str) -> None:

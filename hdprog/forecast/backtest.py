@@ -16,7 +16,7 @@ import numpy as np
 from hdprog.config import Drive, Limit
 from hdprog.data.truth_file import Truth
 from hdprog.forecast.crossing import Crossing, first_crossing, forecast_hours
-from hdprog.forecast.limits import margins, request_of
+from hdprog.forecast.limits import margins
 from hdprog.forecast.scores import (
     alpha_lambda,
     covers,
@@ -34,7 +34,7 @@ from hdprog.forecast.what_came import (
     what_came,
 )
 from hdprog.inference.priors import Prior
-from hdprog.physics.figures import Operation
+from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.results import LEVELS, by_level, since_replaced
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.figure_paths import figure_paths
@@ -280,7 +280,7 @@ def _score_figures(
         for limit in {limit.key: limit for limit in drive.limits}.values():
             own = test.figures[limit.key]
             measured = float(np.median(own))
-            met = figure_paths(request_of(limit), mounted, trend.prior, operation)
+            met = figure_paths(FigureRequest.of(limit), mounted, trend.prior, operation)
             predicted = met + (measured - rng.choice(own, met.size))
             levels = by_level(predicted)
             line = straight_line(

@@ -42,11 +42,6 @@ class Margins:
         )
 
 
-def request_of(limit: Limit) -> FigureRequest:
-    """Name the figure that a limit is set on."""
-    return FigureRequest(limit.quantity, limit.at_torque_Nm)
-
-
 def room(limit: Limit, values: FloatArray) -> FloatArray:
     """How far figures (any shape) are from a limit, in their unit; zero or less is past it."""
     sign = 1.0 if limit.direction == "above" else -1.0
@@ -70,7 +65,7 @@ def margins(
     operation : what the figure refers to
     followed : effects that width, loss and lost motion contain
     """
-    request = request_of(limit)
+    request = FigureRequest.of(limit)
 
     def figure(coordinates: FloatArray) -> FloatArray:
         return figure_paths(request, coordinates, prior, operation, followed)

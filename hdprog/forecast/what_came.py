@@ -10,9 +10,9 @@ import numpy as np
 
 from hdprog.config import Limit
 from hdprog.data.truth_file import Truth
-from hdprog.forecast.limits import request_of, room
+from hdprog.forecast.limits import room
 from hdprog.inference.priors import Prior
-from hdprog.physics.figures import Operation
+from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.physics.parameters import FloatArray
 from hdprog.trend.evidence import LoopEvidence
 from hdprog.trend.summary import own_figures
@@ -49,7 +49,7 @@ def seen_test(
 ) -> SeenTest:
     """Limited figures of a test from its own posterior."""
     figures = {
-        limit.key: own_figures(test, request_of(limit), prior, operation) for limit in limits
+        limit.key: own_figures(test, FigureRequest.of(limit), prior, operation) for limit in limits
     }
     return SeenTest(test_id, test.service_hours, test.event, figures, test.temperature_C)
 

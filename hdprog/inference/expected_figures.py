@@ -36,7 +36,7 @@ def expected_figures(drive: Drive, scales: RecordScales) -> dict[str, tuple[floa
         drive.alpha, drive.reference_torque or rated, rated, prior.catalogue_torques
     )
     found = figures(
-        [FigureRequest(limit.quantity, limit.at_torque_Nm) for limit in drive.limits],
+        [FigureRequest.of(limit) for limit in drive.limits],
         {name: values[inside] for name, values in drawn.items()},
         operation,
     )

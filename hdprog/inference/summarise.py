@@ -22,7 +22,7 @@ def figure_requests(drive: Drive, operation: Operation) -> tuple[FigureRequest, 
     """Figures of a summary: the standard ones and every quantity that has a limit."""
     requests = {request.key: request for request in standard_requests(operation)}
     for limit in drive.limits:
-        requests.setdefault(limit.key, FigureRequest(limit.quantity, limit.at_torque_Nm))
+        requests.setdefault(limit.key, FigureRequest.of(limit))
     return tuple(requests.values())
 
 

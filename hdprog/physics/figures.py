@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hdprog.config.limits import Limit, figure_key
 from hdprog.physics.drive_model import slip
 from hdprog.physics.elastic import elastic_angle
 from hdprog.physics.parameters import FloatArray, Parameters
@@ -33,9 +34,12 @@ class FigureRequest:
     @property
     def key(self) -> str:
         """Name in summaries; a torque is part of it, as in `...@14Nm`."""
-        if self.at_torque_Nm is None:
-            return self.quantity
-        return f"{self.quantity}@{self.at_torque_Nm:g}Nm"
+        return figure_key(self.quantity, self.at_torque_Nm)
+
+    @staticmethod
+    def of(limit: Limit) -> FigureRequest:
+        """The figure that a limit is set on."""
+        return FigureRequest(limit.quantity, limit.at_torque_Nm)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hdprog.config import ReportSettings
+from hdprog.config.limits import figure_key
 from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.words import FIRST_LIMIT, quantity, tidy
 
@@ -179,8 +180,7 @@ def _course(summary: Mapping[str, Any]) -> Course | None:
         return not forecast["already_crossed"], late, -forecast["probability_crossed_by_horizon"]
 
     lead = min(limited, key=nearness)
-    at = lead["at_torque_Nm"]
-    key = lead["quantity"] if at is None else f"{lead['quantity']}@{at:g}Nm"
+    key = figure_key(lead["quantity"], lead["at_torque_Nm"])
     found = []
     for test in tests:
         figures = test["figures"]

@@ -30,9 +30,8 @@ import numpy as np
 from hdprog.atomic import atomic_write_text
 from hdprog.config import Drive, ForecastSettings, Limit
 from hdprog.forecast.crossing import forecast
-from hdprog.forecast.limits import request_of
 from hdprog.forecast.scores import covers, crps, probability_integral_transform
-from hdprog.physics.figures import Operation
+from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.wear_prior import read_wear_prior
@@ -109,7 +108,7 @@ def wearing_drive(
 def straight_line(limit: Limit, drive: WearingDrive, now: float) -> float:
     """Crossing of a least-squares line through the tests' point estimates of the figure."""
     points = np.stack([test.own_mode[0] for test in drive.tests])
-    values = figure_paths(request_of(limit), points, PRIOR, OPERATION)
+    values = figure_paths(FigureRequest.of(limit), points, PRIOR, OPERATION)
     slope, level = np.polyfit([test.service_hours for test in drive.tests], values, 1)
     at = (limit.threshold - level) / slope
     away = slope > 0 if limit.direction == "below" else slope < 0

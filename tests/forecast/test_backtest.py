@@ -23,7 +23,7 @@ from hdprog.forecast.backtest_pool import (
     lateness,
 )
 from hdprog.forecast.crossing import Crossing
-from hdprog.forecast.limits import Margins, request_of
+from hdprog.forecast.limits import Margins
 from hdprog.forecast.what_came import (
     SeenTest,
     first_passing,
@@ -32,7 +32,7 @@ from hdprog.forecast.what_came import (
     until_intervention,
     what_came,
 )
-from hdprog.physics.figures import Operation
+from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
 from hdprog.trend.wear_prior import read_wear_prior
@@ -224,7 +224,7 @@ def test_a_later_test_is_predicted_as_warm_as_it_was(monkeypatch: pytest.MonkeyP
     # What mounting adds to the last test speaks for one or the other: its width is the true one.
     friction = cold_and_hot.CHANGE * (35.0 - 25.0) / 10.0 * np.eye(8)[cold_and_hot.MU]
     state = NEW + WEAR * cold_and_hot.REACHED[-1] + friction
-    true = figure_paths(request_of(width), state[None, None], PRIOR, OPERATION)[0]
+    true = figure_paths(FigureRequest.of(width), state[None, None], PRIOR, OPERATION)[0]
     for warm in (35.0, 15.0, None):
         last = dataclasses.replace(seen[-1], temperature_C=warm, figures={width.key: true})
         told = [*seen[:-1], last]

@@ -20,11 +20,10 @@ import numpy as np
 
 from hdprog.config import Drive, ForecastSettings, Limit
 from hdprog.data.loop import Loop
-from hdprog.forecast.limits import request_of
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.priors import Prior
 from hdprog.physics.drive_model import torsion_angle
-from hdprog.physics.figures import Operation
+from hdprog.physics.figures import FigureRequest, Operation
 from hdprog.physics.parameters import FloatArray, in_support
 from hdprog.physics.torque_path import TorquePath
 from hdprog.trend.ahead import simulate_ahead, worn_ahead
@@ -188,7 +187,7 @@ def until_now(steps: Steps, rng: np.random.Generator) -> tuple[FloatArray, Float
 
 
 def _crossing(limit: Limit, paths: FloatArray, grid: FloatArray) -> tuple[float, bool]:
-    values = figure_paths(request_of(limit), paths, loop_prior(), OPERATION)
+    values = figure_paths(FigureRequest.of(limit), paths, loop_prior(), OPERATION)
     at = first_crossing(grid, values, limit.threshold, limit.direction)
     return (np.inf, False) if at is None else (at, at == NOW)
 

@@ -26,11 +26,11 @@ import numpy as np
 
 from hdprog.atomic import atomic_write_text
 from hdprog.forecast.crossing import forecast
-from hdprog.forecast.limits import request_of
 from hdprog.forecast.scores import probability_integral_transform
 from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.until_converged import QUICK
 from hdprog.parallel import prepare_numerics
+from hdprog.physics.figures import FigureRequest
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.figure_paths import figure_paths
 from hdprog.trend.fitting import fit_trend
@@ -125,7 +125,7 @@ def _ranks(
         draws[f"{name} now"], truth[f"{name} now"] = paths[:, 0, at], float(drawn.now[at])
     true_path = np.vstack([drawn.now, drawn.later])
     for limit in LIMITS:
-        request = request_of(limit)
+        request = FigureRequest.of(limit)
         values = figure_paths(request, paths, loop_prior(), OPERATION)
         right = figure_paths(request, true_path, loop_prior(), OPERATION)
         for at, when in enumerate(("now", "half-way", "at the horizon")):
