@@ -12,7 +12,7 @@ from hdprog.explanation import DriveExplanation, Explanation
 from hdprog.reporting.effect_words import effect_name
 from hdprog.reporting.rounding import grouped, hours, rounded
 from hdprog.reporting.sections.table import Row, Table, Value
-from hdprog.reporting.words import capital, figure_interval, listed, quantity
+from hdprog.reporting.words import capital, listed, quantity
 from hdprog.results import DEVIATIONS_IN_90, LEVELS, DriveResult, TestResult, TrendSummary
 
 _CLEAR = 2.0  # standard deviations of the difference from which a change is said to be clear
@@ -81,8 +81,8 @@ def _row(key: str, before: TestResult, now: TestResult) -> Row:
     difference = rounded(named.factor * change, named.factor * spread)
     share = "" if old[0.50] == 0 else f"{_signed(_percent(change, spread, old[0.50]))} %"
     cells = (
-        _levels(key, old),
-        _levels(key, new),
+        Value.of(old, named.factor),
+        Value.of(new, named.factor),
         Value(_signed(difference), share),
         _words(shift),
     )
@@ -92,11 +92,6 @@ def _row(key: str, before: TestResult, now: TestResult) -> Row:
 def _percent(change: float, spread: float, old: float) -> str:
     """Per cent of the old value to the digits that the spread allows, a tenth at most."""
     return rounded(100.0 * change / old, max(100.0 * spread / abs(old), _TENTH))
-
-
-def _levels(key: str, levels: Mapping[float, float]) -> Value:
-    low, middle, high = figure_interval(key, levels[0.05], levels[0.50], levels[0.95])
-    return Value(middle, f"{low} to {high}")
 
 
 def _spread(old: Mapping[float, float], new: Mapping[float, float]) -> float:

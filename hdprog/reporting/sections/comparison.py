@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from hdprog.comparison.results import ComparedModel, Comparison
 from hdprog.reporting.comparison_words import at_end, difference, width
 from hdprog.reporting.geometry import MICRORADIAN
@@ -100,7 +98,7 @@ def parameters(result: Comparison) -> Table:
             Row(
                 name,
                 (
-                    Value(*_middle_and_spread(found.quantiles)),
+                    Value.of(found.quantiles),
                     found.unit,
                     found.meaning,
                     contraction_words(found.contraction),
@@ -121,12 +119,6 @@ def parameters(result: Comparison) -> Table:
         ("parameter", "value", "unit", "meaning", "record"),
         tuple(groups),
     )
-
-
-def _middle_and_spread(quantiles: Mapping[float, float]) -> tuple[str, str]:
-    low, middle, high = (quantiles[level] for level in (0.05, 0.5, 0.95))
-    texts = interval(low, middle, high)
-    return texts[1], f"{texts[0]} to {texts[2]}"
 
 
 def sampling(result: Comparison) -> Table:

@@ -24,7 +24,7 @@ from hdprog.reporting.rounding import (
     rounded,
     significant,
 )
-from hdprog.reporting.sections.table import Cell, Group, Row, Table, Value
+from hdprog.reporting.sections.table import Group, Row, Table, Value
 from hdprog.reporting.words import (
     agree,
     capital,
@@ -211,7 +211,7 @@ def _shift(shift: Shift) -> Row:
     off = off_words(shift) if clear else "within its spread"
     named = quantity(shift.key)
     factor = named.factor if shift.is_figure else parameter_factor(shift.key)
-    cells = (_levels(shift.before, factor), _levels(shift.after, factor), off, by)
+    cells = (Value.of(shift.before, factor), Value.of(shift.after, factor), off, by)
     if shift.is_figure:
         return Row(capital(named.head), cells)
     return Row(parameter_name(shift.key), cells, note=parameter_meaning(shift.key))
@@ -219,11 +219,6 @@ def _shift(shift: Shift) -> Row:
 
 def _deviations(value: float) -> str:
     return ("+" if value >= 0.05 else "") + grouped(value, 1)
-
-
-def _levels(levels: Quantiles, factor: float) -> Cell:
-    low, middle, high = interval(*(factor * levels[at] for at in (0.05, 0.50, 0.95)))
-    return Value(middle, f"{low} to {high}")
 
 
 def considered_table(considered: Sequence[ConsideredEffect]) -> Table | None:

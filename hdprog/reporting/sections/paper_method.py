@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 from hdprog.physics.parameters import NAMES
 from hdprog.reporting.geometry import MICRORADIAN
-from hdprog.reporting.rounding import interval, significant
+from hdprog.reporting.rounding import significant
 from hdprog.reporting.sections.table import Row, Table, Value
 from hdprog.reporting.words import (
     agree,
     capital,
-    figure_interval,
     listed,
     parameter_factor,
     parameter_meaning,
@@ -87,14 +86,13 @@ def _table(test: TestResult, found: PaperIdentification) -> Table:
     rows = []
     for name in NAMES:
         quantiles, factor = test.parameters[name].quantiles, parameter_factor(name)
-        low, middle, high = interval(*(factor * quantiles[at] for at in (0.05, 0.50, 0.95)))
         least, largest = (factor * value for value in found.other_choices[name])
         rows.append(
             Row(
                 parameter_name(name),
                 (
                     significant(factor * found.parameters[name]),
-                    Value(middle, f"{low} to {high}"),
+                    Value.of(quantiles, factor),
                     "yes" if _inside(test, name, found.parameters[name]) else "no",
                     f"{significant(least)} to {significant(largest)}",
                 ),
@@ -103,14 +101,13 @@ def _table(test: TestResult, found: PaperIdentification) -> Table:
         )
     for key, value in found.figures.items():
         levels = test.figures[key]
-        low, middle, high = figure_interval(key, levels[0.05], levels[0.50], levels[0.95])
         named = quantity(key)
         rows.append(
             Row(
                 capital(named.name),
                 (
                     significant(named.factor * value),
-                    Value(middle, f"{low} to {high}"),
+                    Value.of(levels, named.factor),
                     "yes" if levels[0.05] <= value <= levels[0.95] else "no",
                     "–",
                 ),

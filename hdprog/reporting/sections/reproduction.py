@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hdprog.reporting.rounding import interval, significant
+from hdprog.reporting.rounding import significant
 from hdprog.reporting.sections.method import Passage
 from hdprog.reporting.sections.table import Row, Table, Value
 from hdprog.reporting.words import capital, parameter_name, quantity, tidy
@@ -21,14 +21,13 @@ def recovery(one: Recovery) -> Table:
     """Truth and posterior of one record."""
     rows = []
     for name, levels in one.found.items():
-        low, middle, high = interval(levels[0.05], levels[0.50], levels[0.95])
         held = levels[0.05] <= one.truth[name] <= levels[0.95]
         rows.append(
             Row(
                 _name(name),
                 (
                     significant(one.truth[name], 4),
-                    Value(middle, f"{low} to {high}"),
+                    Value.of(levels),
                     "yes" if held else "no",
                     tidy(f"{one.deviations[name]:+.1f}"),
                 ),

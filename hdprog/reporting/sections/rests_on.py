@@ -27,7 +27,6 @@ from hdprog.reporting.words import (
     with_unit,
 )
 from hdprog.results import (
-    Combination,
     Diagnosis,
     DriveResult,
     Identification,
@@ -58,9 +57,9 @@ def _together(result: DriveResult) -> Table | None:
         Row(
             test.test_id,
             (
-                _combination(state.combined_stiffness, shown("Nm/rad").factor),
+                Value.of(state.combined_stiffness.quantiles, shown("Nm/rad").factor),
                 "no" if state.one_spring else "yes",
-                _combination(state.no_load_friction, shown("Nm").factor),
+                Value.of(state.no_load_friction.quantiles, shown("Nm").factor),
                 significant(shown("Nm").factor * state.largest_torque),
                 percent(state.beyond_record),
             ),
@@ -88,12 +87,6 @@ def _together(result: DriveResult) -> Table | None:
 
 def _weak(state: Identification) -> bool:
     return state.one_spring or not_reached(state)
-
-
-def _combination(found: Combination, factor: float) -> Value:
-    levels = found.quantiles
-    low, middle, high = interval(*(factor * levels[at] for at in (0.05, 0.50, 0.95)))
-    return Value(middle, f"{low} to {high}")
 
 
 def _leaning(result: DriveResult) -> Table | None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from hdprog.reporting.rounding import interval, percent
-from hdprog.reporting.sections.table import Cell, Row, Table, Value
+from hdprog.reporting.rounding import percent
+from hdprog.reporting.sections.table import Row, Table, Value
 from hdprog.reporting.words import agree, counted, listed, spoken
 from hdprog.results import SteadyShare, TrendSummary
 
@@ -19,10 +17,10 @@ def shrinkage(trend: TrendSummary) -> Table | None:
         Row(
             spoken(name),
             (
-                _spread(one.shipped),
-                _spread(one.fleet),
-                _spread(one.own),
-                _spread(trend.hyperparameters[name]),
+                Value.of(one.shipped),
+                Value.of(one.fleet),
+                Value.of(one.own),
+                Value.of(trend.hyperparameters[name]),
             ),
         )
         for name, one in fleet.hyperparameters.items()
@@ -60,8 +58,3 @@ def _steady(found: SteadyShare | None, many: int) -> str:
         f"{percent(found.fleet)}, after its own tests of {percent(found.own)}; its random change "
         "is then zero, and else as any drive's wanders." + told
     )
-
-
-def _spread(levels: Mapping[float, float]) -> Cell:
-    low, middle, high = interval(levels[0.05], levels[0.50], levels[0.95])
-    return Value(middle, f"{low} to {high}")

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+
+from hdprog.reporting.rounding import interval
 
 
 @dataclass(frozen=True)
@@ -11,6 +14,12 @@ class Value:
 
     text: str
     spread: str
+
+    @staticmethod
+    def of(levels: Mapping[float, float], factor: float = 1.0) -> Value:
+        """Median and 90 % interval of quantiles, in a unit that the factor takes them to."""
+        low, middle, high = interval(*(factor * levels[at] for at in (0.05, 0.50, 0.95)))
+        return Value(middle, f"{low} to {high}")
 
 
 Cell = str | Value

@@ -160,8 +160,7 @@ def _read_off(key: str, found: ReadOff | None) -> Cell:
 def _figure(key: str, levels: Mapping[float, float] | None) -> Cell:
     if levels is None:
         return "–"
-    low, middle, high = figure_interval(key, levels[0.05], levels[0.50], levels[0.95])
-    return Value(middle, f"{low} to {high}")
+    return Value.of(levels, quantity(key).factor)
 
 
 def parameters(result: DriveResult) -> Table:
