@@ -5,9 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 from hdprog.explanation import Explanation, Quantiles
+from hdprog.physics.parameters import FloatArray
 from hdprog.results import DEVIATIONS_IN_90
+
+_Number = TypeVar("_Number", float, FloatArray)
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,11 @@ class Shift:
         return None if right == 0 else (self.before[0.50] - right) / abs(right)
 
 
+def deviation(levels: Mapping[float, _Number]) -> _Number:
+    """Standard deviation as the 90 % interval of quantiles has it."""
+    return (levels[0.95] - levels[0.05]) / DEVIATIONS_IN_90
+
+
 def shifts(explanation: Explanation) -> list[Shift]:
     """Every parameter and figure that both fits have, the largest shift first."""
     found = [
@@ -56,7 +65,7 @@ def _between(
 
 
 def _deviations(before: Quantiles, after: Quantiles) -> float | None:
-    width = (before[0.95] - before[0.05]) / DEVIATIONS_IN_90
+    width = deviation(before)
     if not (math.isfinite(width) and width > 0):
         return None
     return (after[0.50] - before[0.50]) / width

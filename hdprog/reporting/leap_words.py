@@ -7,9 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from hdprog.physics.parameters import FloatArray
+from hdprog.reporting.bias import deviation
 from hdprog.reporting.rounding import hours, significant
 from hdprog.reporting.words import capital, quantity, with_unit
-from hdprog.results import DEVIATIONS_IN_90, LEVELS, FigureTrend, TestResult, since_replaced
+from hdprog.results import LEVELS, FigureTrend, TestResult, since_replaced
 
 _FEWEST_TESTS = 5
 _STEP, _PACE = 2.0, 3.0  # times the largest of the others; see `leaps`
@@ -20,8 +21,8 @@ def leap_words(course: FigureTrend, tests: Sequence[TestResult]) -> list[str]:
     """Ask what happened where a limited figure leapt towards its limit."""
     own = since_replaced(tests)
     first = len(tests) - len(own)
-    levels = course.test_quantiles[:, first:]
-    medians, sd = levels[LEVELS.index(0.50)], (levels[-1] - levels[0]) / DEVIATIONS_IN_90
+    levels = dict(zip(LEVELS, course.test_quantiles[:, first:], strict=True))
+    medians, sd = levels[0.50], deviation(levels)
     signs = {"above": 1.0, "below": -1.0}
     towards = {signs[one.direction] for one in own[-1].drive.limits if one.key == course.key}
     found = {at for sign in towards for at in leaps(course.test_hours[first:], sign * medians, sd)}

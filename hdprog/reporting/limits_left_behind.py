@@ -6,8 +6,9 @@ import math
 from collections.abc import Sequence
 
 from hdprog.config import Limit
+from hdprog.reporting.bias import deviation
 from hdprog.reporting.words import capital, quantity, threshold_words
-from hdprog.results import DEVIATIONS_IN_90, DriveResult, TestResult, since_replaced
+from hdprog.results import DriveResult, TestResult, since_replaced
 
 _TESTS = 3  # of two, one may have been mounted otherwise
 _SURELY = 5.0  # standard deviations of the first and the last test together
@@ -42,5 +43,5 @@ def _gone_away(tests: Sequence[TestResult], limit: Limit) -> bool:
         return False
     first, last = seen[0], seen[-1]
     away = (first[0.50] - last[0.50]) * (1.0 if limit.direction == "above" else -1.0)
-    spread = math.hypot(*((each[0.95] - each[0.05]) / DEVIATIONS_IN_90 for each in (first, last)))
+    spread = math.hypot(deviation(first), deviation(last))
     return away > max(_SURELY * spread, _MUCH * abs(first[0.50]))

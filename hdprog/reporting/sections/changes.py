@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hdprog.explanation import DriveExplanation, Explanation
+from hdprog.reporting.bias import deviation
 from hdprog.reporting.effect_words import effect_name
 from hdprog.reporting.rounding import grouped, hours, rounded
 from hdprog.reporting.sections.table import Row, Table, Value
 from hdprog.reporting.words import capital, listed, quantity
-from hdprog.results import DEVIATIONS_IN_90, LEVELS, DriveResult, TestResult, TrendSummary
+from hdprog.results import LEVELS, DriveResult, TestResult, TrendSummary
 
 _CLEAR = 2.0  # standard deviations of the difference from which a change is said to be clear
 _TENTH = 0.2  # the uncertainty with which a number is rounded to a tenth
@@ -96,8 +97,7 @@ def _percent(change: float, spread: float, old: float) -> str:
 
 def _spread(old: Mapping[float, float], new: Mapping[float, float]) -> float:
     """Standard deviation of the difference of two independent tests."""
-    widths = [(levels[0.95] - levels[0.05]) / DEVIATIONS_IN_90 for levels in (old, new)]
-    return math.hypot(*widths)
+    return math.hypot(deviation(old), deviation(new))
 
 
 def _shift(old: Mapping[float, float], new: Mapping[float, float]) -> float | None:
