@@ -6,6 +6,7 @@ import math
 
 from hdprog.comparison.results import DRIVE, ComparedModel, Comparison, StiffnessBand
 from hdprog.physics.figures import ARCMIN_PER_RAD
+from hdprog.reporting.error_words import micro
 from hdprog.reporting.geometry import MICRORADIAN
 from hdprog.reporting.rounding import interval, rounded, share, significant
 from hdprog.reporting.verdict import Verdict
@@ -78,12 +79,11 @@ def _ordinal(place: int) -> str:
 
 def _error(result: Comparison) -> str:
     best = result.models[0]
-    error = MICRORADIAN * best.errors.heldout_rmse_rad
-    floor = MICRORADIAN * result.noise_floor_rad
+    error, floor = best.errors.heldout_rmse_rad, result.noise_floor_rad
     noise = error < _STRUCTURE * floor
     said = (
-        f"On parts of the record that it did not see its error is {significant(error, 2)} µrad, "
-        f"{'about the noise' if noise else 'more than noise'} ({significant(floor, 2)} µrad)."
+        f"On parts of the record that it did not see its error is {micro(error)} µrad, "
+        f"{'about the noise' if noise else 'more than noise'} ({micro(floor)} µrad)."
     )
     if noise or result.of(DRIVE) not in result.level:
         return said

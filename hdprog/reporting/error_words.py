@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from hdprog.explanation import DriveExplanation, ErrorFigures, Explanation
+from hdprog.reporting.geometry import MICRORADIAN
 from hdprog.reporting.pooled import pooled_errors, root_mean_square, tests_with
 from hdprog.reporting.rounding import THIN_SPACE, significant
 from hdprog.reporting.words import with_unit
 
 LEFT_OUT = "on data left out of the fit"
-_MICRO = 1e6
 _SAME = 0.02  # part by which an error has to change before it fell or grew
 _ALIKE = 0.3  # correlation of neighbouring residuals from which structure remains
 _AT = 1.2  # times noise or repeatability: an error up to that is down to it
@@ -72,7 +72,7 @@ def _repeatability(tests: Sequence[Explanation]) -> float | None:
 
 def micro(value: float | None) -> str:
     """Angle in rad as µrad, without the unit; an en dash for none."""
-    return significant(None if value is None else _MICRO * value, 2)
+    return significant(None if value is None else MICRORADIAN * value, 2)
 
 
 def _microradian(value: float) -> str:

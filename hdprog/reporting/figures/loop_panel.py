@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from hdprog.physics.parameters import FloatArray
 from hdprog.reporting.axes import THOUSANDS, align_left
+from hdprog.reporting.error_words import micro
 from hdprog.reporting.geometry import (
     MICRORADIAN,
     MOST_STRETCHES,
@@ -24,7 +25,6 @@ from hdprog.reporting.geometry import (
 from hdprog.reporting.left_structure import LOOK_IN_RIG, slow_errors, structure_remains
 from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.reader_units import loop_angle, loop_torque
-from hdprog.reporting.rounding import significant
 from hdprog.reporting.style import (
     BAND,
     FIT,
@@ -232,8 +232,7 @@ def _draw_residual(axes: Axes, test: TestResult, scales: PanelScales) -> None:
 
 def error_words(test: TestResult) -> str:
     """Error of the fit against the noise floor, in one sentence."""
-    error = significant(MICRORADIAN * test.rmse_rad, 2)
-    floor = significant(MICRORADIAN * test.noise_floor_rad, 2)
+    error, floor = micro(test.rmse_rad), micro(test.noise_floor_rad)
     text = f"Error of the fit {error} µrad (root mean square), noise floor {floor} µrad"
     if structure_remains(test):
         alike = f"{test.residual_correlation:.2f}"

@@ -12,10 +12,10 @@ from matplotlib.ticker import FixedLocator, MaxNLocator
 from hdprog.comparison.results import ComparedModel, Comparison
 from hdprog.physics.parameters import FloatArray
 from hdprog.reporting.axes import THOUSANDS
+from hdprog.reporting.error_words import micro
 from hdprog.reporting.figures.residual_strip import FALLING, RISING
 from hdprog.reporting.geometry import ARCMIN, MICRORADIAN, few, straight_slope, stretches
 from hdprog.reporting.picture_data import PictureData
-from hdprog.reporting.rounding import significant
 from hdprog.reporting.style import FIT, MEASURED, MUTED, Picture, new_figure, picture
 from hdprog.reporting.words import listed
 from hdprog.results import LoopFit
@@ -48,8 +48,7 @@ def model_loops(result: Comparison) -> Picture:
         for axes in (loop, residual):
             axes.tick_params(labelbottom=last)
         loop.set_title(one.words + ("" if one.converged else ", NOT CONVERGED"))
-        error = significant(MICRORADIAN * one.errors.rmse_rad, 2)
-        residual.set_title(f"error {error} µrad")
+        residual.set_title(f"error {micro(one.errors.rmse_rad)} µrad")
         if last:
             loop.set_xlabel("angle less a straight line [arcmin]")
             residual.set_xlabel("torque [Nm]")

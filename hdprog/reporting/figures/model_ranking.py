@@ -8,6 +8,7 @@ from matplotlib.ticker import FuncFormatter
 from hdprog.comparison.results import DRIVE, MARGIN, ComparedModel, Comparison
 from hdprog.reporting.axes import THOUSANDS
 from hdprog.reporting.comparison_words import difference
+from hdprog.reporting.error_words import micro
 from hdprog.reporting.geometry import MICRORADIAN
 from hdprog.reporting.picture_data import PictureData
 from hdprog.reporting.rounding import significant
@@ -130,5 +131,5 @@ def _alt(result: Comparison) -> str:
     behind = [one for one in result.models if one not in level]
     if behind:
         text += f"; next {behind[0].words}, {difference(behind[0])} behind"
-    error = significant(MICRORADIAN * result.models[0].errors.heldout_rmse_rad, 2)
+    error = micro(result.models[0].errors.heldout_rmse_rad)
     return f"{text}. Error of the best on left-out parts {error} µrad."

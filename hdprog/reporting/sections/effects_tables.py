@@ -16,6 +16,7 @@ from hdprog.explanation import (
 from hdprog.reporting.bias import Shift, shifts
 from hdprog.reporting.effect_words import coordinate, effect_name
 from hdprog.reporting.error_words import LEFT_OUT, micro
+from hdprog.reporting.geometry import MICRORADIAN
 from hdprog.reporting.reader_units import shown
 from hdprog.reporting.rounding import (
     THIN_SPACE,
@@ -38,7 +39,6 @@ from hdprog.reporting.words import (
 )
 from hdprog.results import EffectSummary
 
-_MICRO = 1e6
 _NAMED = 2  # effects, at most, that the head of a column names
 _CLEAR = 0.5  # standard deviations; a smaller shift is not worth a number
 _SMALL_ANGLE = 0.01  # rad; above it an angle is a phase and no small error
@@ -148,7 +148,7 @@ def parameter_table(
 def _parameter(name: str, levels: Quantiles, unit: str) -> Row:
     values = [levels[level] for level in (0.05, 0.50, 0.95)]
     if unit.startswith("rad") and max(map(abs, values)) < _SMALL_ANGLE:
-        values, unit = [_MICRO * value for value in values], f"µ{unit}"
+        values, unit = [MICRORADIAN * value for value in values], f"µ{unit}"
     seen = shown(unit)
     low, middle, high = interval(*(seen.factor * value for value in values))
     unit = seen.unit

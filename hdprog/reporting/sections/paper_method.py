@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hdprog.physics.parameters import NAMES
-from hdprog.reporting.geometry import MICRORADIAN
+from hdprog.reporting.error_words import micro
 from hdprog.reporting.rounding import significant
 from hdprog.reporting.sections.table import Row, Table, Value
 from hdprog.reporting.words import (
@@ -71,8 +71,8 @@ def where_it_fails(test: TestResult) -> list[str]:
         )
     if found.rmse_rad > _APART * test.rmse_rad:
         said.append(
-            f"It leaves {significant(MICRORADIAN * found.rmse_rad, 2)} µrad at positive torque, "
-            f"the posterior {significant(MICRORADIAN * test.rmse_rad, 2)} µrad over the record."
+            f"It leaves {micro(found.rmse_rad)} µrad at positive torque, "
+            f"the posterior {micro(test.rmse_rad)} µrad over the record."
         )
     return said
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from hdprog.reporting.effect_words import effect_name
+from hdprog.reporting.error_words import micro
 from hdprog.reporting.read_off_words import record_words
 from hdprog.reporting.rounding import (
     digit_step,
@@ -28,7 +29,6 @@ from hdprog.reporting.words import (
 )
 from hdprog.results import DriveResult, ParameterSummary, ReadOff, TestResult
 
-_MICRO = 1e6
 _WITH_EFFECTS = "with lasting effects"
 _SAMPLING = {
     "ensembles": "ensembles",
@@ -59,8 +59,8 @@ def overview(result: DriveResult) -> Table:
                 test.date or "–",
                 test.event or "–",
                 grouped(len(test.loop), 0),
-                significant(_MICRO * test.rmse_rad, 2),
-                significant(_MICRO * test.noise_floor_rad, 2),
+                micro(test.rmse_rad),
+                micro(test.noise_floor_rad),
                 share(round(test.outlier_fraction, 4)),
                 ", ".join(effect_name(effect) for effect in test.effects) or "none",
                 test.note or "–",
