@@ -13,14 +13,13 @@ from hdprog.forecast.backtest_pool import (
     figure_coverage,
 )
 from hdprog.reporting.backtest_words import crossings, figures, verdict
-from hdprog.reporting.build import environment
 from hdprog.reporting.figures.backtest_accuracy import accuracy
 from hdprog.reporting.figures.backtest_coverage import CoverageRow, coverage
 from hdprog.reporting.figures.backtest_intervals import forecast_intervals
 from hdprog.reporting.figures.backtest_transforms import transforms
 from hdprog.reporting.sections import backtest as tables
-from hdprog.reporting.sections import provenance
 from hdprog.reporting.sections.section import Section
+from hdprog.reporting.sections_page import sections_page
 from hdprog.reporting.style import house_style
 from hdprog.reporting.words import counted
 
@@ -39,22 +38,16 @@ def build_backtest_report(result: BacktestResult) -> str:
     parts = [
         *([counted(len(result.drives), "drive")] if fleet else own),
         counted(sum(drive.tests for drive in result.drives), "test"),
-        f"report of {result.provenance.created[:10]}",
     ]
-    return (
-        environment()
-        .get_template("sections.html")
-        .render(
-            kicker="hdprog backtest",
-            title=f"{name} \u2013 {said.label} \u2013 hdprog backtest",
-            name=name,
-            subtitle=" · ".join(parts),
-            verdict=said,
-            warnings=tables.warnings(result),
-            sections=sections,
-            method=tables.method(result),
-            provenance=provenance.provenance(result.provenance),
-        )
+    return sections_page(
+        name,
+        parts,
+        said,
+        tables.warnings(result),
+        sections,
+        tables.method(result),
+        result.provenance,
+        command="hdprog backtest",
     )
 
 
@@ -76,7 +69,11 @@ def _forecasts(result: BacktestResult) -> Section:
     if crossings(result.drives):
         below.append(tables.by_known(result))
     return Section(
-        "forecasts", "Forecasts against what came later", tuple(said), tuple(pictures), tuple(below)
+        "forecasts",
+        "Forecasts against what came later",
+        paragraphs=tuple(said),
+        pictures=tuple(pictures),
+        tables=tuple(below),
     )
 
 
@@ -105,9 +102,8 @@ def _honesty(result: BacktestResult) -> Section:
     return Section(
         "honesty",
         "Did intervals hold as often as they should?",
-        (),
-        tuple(("", one) for one in pictures),
-        (tables.coverages(rows),) if rows else (),
+        pictures=tuple(("", one) for one in pictures),
+        tables=(tables.coverages(rows),) if rows else (),
     )
 
 
@@ -117,9 +113,9 @@ def _accuracy(result: BacktestResult) -> Section:
     found = accuracy(courses)
     if found is None:
         said = ("No crossing was seen, so that there is no remaining life to compare with.",)
-        return Section("accuracy", "How near, how early?", said, (), ())
+        return Section("accuracy", "How near, how early?", paragraphs=said)
     table = tables.accuracies(courses, fleet=len(result.drives) > 1)
-    return Section("accuracy", "How near, how early?", (), (("", found),), (table,))
+    return Section("accuracy", "How near, how early?", pictures=(("", found),), tables=(table,))
 
 
 def _later(result: BacktestResult) -> Section:
@@ -127,5 +123,5 @@ def _later(result: BacktestResult) -> Section:
     scores = figures(result.drives)
     if not scores:
         said = ("There is no later test to predict.",)
-        return Section("later", "Figures of later tests", said, (), ())
-    return Section("later", "Figures of later tests", (), (), (tables.skills(scores),))
+        return Section("later", "Figures of later tests", paragraphs=said)
+    return Section("later", "Figures of later tests", tables=(tables.skills(scores),))

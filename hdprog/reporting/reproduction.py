@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from hdprog.reporting.build import environment
 from hdprog.reporting.figures.paper_curves import (
     curves_picture,
     loops_picture,
@@ -10,9 +9,9 @@ from hdprog.reporting.figures.paper_curves import (
     sweep_picture,
 )
 from hdprog.reporting.reproduction_words import verdict
-from hdprog.reporting.sections import provenance
 from hdprog.reporting.sections import reproduction as tables
 from hdprog.reporting.sections.section import Section
+from hdprog.reporting.sections_page import sections_page
 from hdprog.reporting.style import Picture, house_style
 from hdprog.reporting.words import counted
 from hdprog.reproduction.results import Reproduction
@@ -41,9 +40,7 @@ def build_reproduction_report(result: Reproduction) -> str:
             Section(
                 "recovery",
                 "Table 2 recovered",
-                (),
-                (),
-                (
+                tables=(
                     tables.claims(of_figure(result, "Table 2"), _CAPTION),
                     *(tables.recovery(one) for one in result.recoveries),
                 ),
@@ -52,23 +49,16 @@ def build_reproduction_report(result: Reproduction) -> str:
     warnings = list(result.warnings)
     if result.provenance.quick:
         warnings.append("Quick run: fewer draws were made; run again without --quick.")
-    return (
-        environment()
-        .get_template("sections.html")
-        .render(
-            kicker="hdprog reproduce-paper",
-            title=f"The paper reproduced \u2013 {said.label} \u2013 hdprog",
-            name="The paper reproduced",
-            subtitle=(
-                f"{counted(len(result.findings), 'claim')} · from the values of its Table 2 · "
-                f"report of {result.provenance.created[:10]}"
-            ),
-            verdict=said,
-            warnings=warnings,
-            sections=sections,
-            method=tables.method(result),
-            provenance=provenance.provenance(result.provenance),
-        )
+    return sections_page(
+        "The paper reproduced",
+        [counted(len(result.findings), "claim"), "from the values of its Table 2"],
+        said,
+        warnings,
+        sections,
+        tables.method(result),
+        result.provenance,
+        command="hdprog reproduce-paper",
+        title="hdprog",
     )
 
 
@@ -76,7 +66,7 @@ def _section(
     result: Reproduction, name: str, title: str, figures: tuple[str, ...], shown: Picture
 ) -> Section:
     table = tables.claims(of_figure(result, *figures), _CAPTION)
-    return Section(name, title, (), (("", shown),), (table,))
+    return Section(name, title, pictures=(("", shown),), tables=(table,))
 
 
 def _loops(result: Reproduction) -> Picture:

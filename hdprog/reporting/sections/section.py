@@ -14,6 +14,6 @@ class Section:
 
     id: str
     title: str
-    paragraphs: tuple[str, ...]
-    pictures: tuple[tuple[str, Picture], ...]
-    tables: tuple[Table, ...]
+    paragraphs: tuple[str, ...] = ()
+    pictures: tuple[tuple[str, Picture], ...] = ()
+    tables: tuple[Table, ...] = ()
