@@ -10,6 +10,7 @@ from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.data.synthetic import measured_loop, torque_history
 from hdprog.inference.fit_loop import fit_loop
+from hdprog.inference.identification import combined_stiffness
 from hdprog.inference.noise import NoiseModel
 from hdprog.inference.other_likelihood import OtherLikelihood
 from hdprog.inference.other_starts import other_starts
@@ -30,6 +31,7 @@ from hdprog.reproduction.table2 import (
     POST_TEST,
     TOP,
     as_draw,
+    steady_cycle,
     steady_loop,
 )
 from hdprog.results import by_level
@@ -99,20 +101,20 @@ def _fitted(
     values = likelihood.values(point)
     whole = likelihood.at_course(prepared.record_course).angle(point)[0]
     error = float(np.std((prepared.loop.angle - whole)[prepared.kept]))
-    torque = np.linspace(-TOP, TOP, _POINTS)
-    history = np.concatenate([[0.0, TOP, -TOP], torque[1:], torque[-2::-1]])
-    course = Course(
-        path=TorquePath.exact(history),
-        order=np.linspace(0.0, 1.0, history.size),
-        time=None,
-        rate=None,
-        temperature=None,
-        output_angle=None,
-        scales=prepared.record_course.scales,
-    )
-    angle = model.angle(course, values, setting)[0]
-    rising, falling = angle[2 : 2 + _POINTS], angle[-_POINTS:][::-1]
-    return BranchPair(model.words, torque, rising, falling), error
+
+    def angle(path: TorquePath) -> FloatArray:
+        course = Course(
+            path=path,
+            order=np.linspace(0.0, 1.0, path.torque.size),
+            time=None,
+            rate=None,
+            temperature=None,
+            output_angle=None,
+            scales=prepared.record_course.scales,
+        )
+        return np.asarray(model.angle(course, values, setting)[0])
+
+    return steady_cycle(angle, model.words, _POINTS), error
 
 
 def _micro(value: float) -> str:
@@ -208,16 +210,12 @@ def recovery(label: str, seed: np.random.SeedSequence, plan: SamplingPlan) -> Re
     )
 
 
-def _one_stiffness(p: dict[str, FloatArray]) -> FloatArray:
-    return np.asarray(1 / (1 / p["K_F"] + 1 / (p["a"] * p["T_T"] + p["b"])))
-
-
 def _preload(p: dict[str, FloatArray]) -> FloatArray:
     return np.asarray(p["c"] * p["T_i"])
 
 
 _COMBINED: dict[str, Callable[..., FloatArray]] = {
-    "combined_stiffness_Nm_per_rad": _one_stiffness,
+    "combined_stiffness_Nm_per_rad": combined_stiffness,
     "c_T_i_Nm": _preload,
 }
 

@@ -72,14 +72,7 @@ def _cubic(torque: FloatArray, angle: FloatArray) -> tuple[FloatArray, FloatArra
 
 def _piecewise(torque: FloatArray, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(8) with the catalogue's T1 and T2, K1 to K3 by least squares of the angle."""
-    first, second = CATALOGUE
-    parts = np.column_stack(
-        [
-            np.minimum(torque, first),
-            np.clip(torque - first, 0.0, second - first),
-            np.maximum(torque - second, 0.0),
-        ]
-    )
+    parts = _pieces(torque, *CATALOGUE)
     used = parts.any(axis=0)
     compliance = np.zeros(3)
     compliance[used] = np.linalg.lstsq(parts[:, used], angle, rcond=None)[0]
@@ -90,24 +83,26 @@ def _piecewise(torque: FloatArray, angle: FloatArray) -> tuple[FloatArray, Float
 def _free_piecewise(torque: FloatArray, angle: FloatArray) -> FloatArray:
     """Local coefficients of (8) with T1 and T2 fitted as well."""
 
-    def parts(edges: FloatArray) -> FloatArray:
-        first, second = sorted(edges)
-        return np.column_stack(
-            [
-                np.minimum(torque, first),
-                np.clip(torque - first, 0.0, second - first),
-                np.maximum(torque - second, 0.0),
-            ]
-        )
-
     def missed(edges: FloatArray) -> FloatArray:
-        columns = parts(edges)
+        columns = _pieces(torque, *sorted(edges))
         best = np.linalg.lstsq(columns, angle, rcond=None)[0]
         return np.asarray(1e4 * (columns @ best - angle))
 
     found = least_squares(missed, [5.0, 20.0], bounds=([1.0, 2.0], [0.6 * TOP, 0.9 * TOP])).x
-    compliance = np.linalg.lstsq(parts(found), angle, rcond=None)[0]
-    return np.asarray(1 / compliance[np.digitize(torque, sorted(found))])
+    edges = sorted(found)
+    compliance = np.linalg.lstsq(_pieces(torque, *edges), angle, rcond=None)[0]
+    return np.asarray(1 / compliance[np.digitize(torque, edges)])
+
+
+def _pieces(torque: FloatArray, first: float, second: float) -> FloatArray:
+    """(points, 3) torque up to the first edge, between the two, and beyond the second."""
+    return np.column_stack(
+        [
+            np.minimum(torque, first),
+            np.clip(torque - first, 0.0, second - first),
+            np.maximum(torque - second, 0.0),
+        ]
+    )
 
 
 def relative_errors() -> dict[str, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -46,13 +47,24 @@ def as_draw(parameters: dict[str, float]) -> Parameters:
     return {name: np.array([value]) for name, value in parameters.items()}
 
 
-def steady_loop(
-    parameters: dict[str, float], label: str, top: float = TOP, points: int = _POINTS
-) -> BranchPair:
-    """Branches of the symmetric steady cycle to ± top."""
-    torque = np.linspace(-top, top, points)
-    history = np.concatenate([[0.0, top, -top], torque[1:], torque[-2::-1]])
-    path = TorquePath.exact(history)
-    angle = torsion_angle(path, as_draw(parameters), ALPHA)[0]
-    falling: FloatArray = angle[-points:][::-1]
-    return BranchPair(label, torque, angle[2 : 2 + points], falling)
+def steady_loop(parameters: dict[str, float], label: str, points: int = _POINTS) -> BranchPair:
+    """Branches of the drive model's steady cycle to ± `TOP`."""
+    return steady_cycle(
+        lambda path: torsion_angle(path, as_draw(parameters), ALPHA)[0], label, points
+    )
+
+
+def steady_cycle(angle: Callable[[TorquePath], FloatArray], label: str, points: int) -> BranchPair:
+    """Branches of a model's symmetric steady cycle to ± `TOP`.
+
+    Parameters
+    ----------
+    angle : of the model along a path, (samples,) in rad
+    label : which loop it is
+    points : of each branch
+    """
+    torque = np.linspace(-TOP, TOP, points)
+    history = np.concatenate([[0.0, TOP, -TOP], torque[1:], torque[-2::-1]])
+    found = angle(TorquePath.exact(history))
+    falling: FloatArray = found[-points:][::-1]
+    return BranchPair(label, torque, found[2 : 2 + points], falling)
