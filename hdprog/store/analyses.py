@@ -149,7 +149,7 @@ def newest_fit(session: Session, drive: DriveRow, test: TestRow) -> FitRow | Non
     )
 
 
-def analyses_of(session: Session, drive: DriveRow, count: int = 50) -> Sequence[AnalysisRow]:
+def analyses_of(session: Session, drive: DriveRow, count: int) -> Sequence[AnalysisRow]:
     """Give the analyses of a drive, the newest first."""
     asked = (
         select(AnalysisRow)

@@ -45,13 +45,9 @@ def note(session: Session, actor: Actor, action: str, subject: str, **details: A
     )
 
 
-def trail(
-    session: Session, *, before: int | None = None, subject: str | None = None, count: int = 100
-) -> Sequence[AuditRow]:
+def trail(session: Session, *, before: int | None = None, count: int = 100) -> Sequence[AuditRow]:
     """Give the newest lines, older than the line `before` where one is given."""
     asked = select(AuditRow).order_by(AuditRow.id.desc()).limit(count)
     if before is not None:
         asked = asked.where(AuditRow.id < before)
-    if subject is not None:
-        asked = asked.where(AuditRow.subject == subject)
     return session.scalars(asked).all()

@@ -56,15 +56,10 @@ def next_job(session: Session, number: str) -> JobRow | None:
     return session.scalars(asked).first()
 
 
-def jobs_of(session: Session, drive: DriveRow, count: int = 10) -> Sequence[JobRow]:
-    """Give the newest jobs of a drive."""
-    asked = (
-        select(JobRow)
-        .where(JobRow.drive_id == drive.id)
-        .order_by(JobRow.created_at.desc())
-        .limit(count)
-    )
-    return session.scalars(asked).all()
+def last_job_of(session: Session, drive: DriveRow) -> JobRow | None:
+    """Find the newest job of a drive."""
+    asked = select(JobRow).where(JobRow.drive_id == drive.id).order_by(JobRow.created_at.desc())
+    return session.scalars(asked.limit(1)).first()
 
 
 def open_jobs_of(session: Session, drive: DriveRow) -> Sequence[JobRow]:

@@ -122,7 +122,7 @@ def test_a_removed_record_that_comes_again_is_analysed(program: ClientOf, loop_f
         assert drive is not None
         remove(session, COMMAND_LINE, test)
         drive.tests = 0
-        for job in jobs.jobs_of(session, drive):
+        for job in jobs.open_jobs_of(session, drive):
             job.state = "done"
     again = upload("150")
     assert again["new"] is False
@@ -164,7 +164,7 @@ def test_only_a_test_that_counts_is_changed_on_its_page(
         test = find_test(session, uid)
         assert test is not None
         assert test.state == "removed"
-        assert not jobs.jobs_of(session, test.drive)
+        assert jobs.last_job_of(session, test.drive) is None
 
 
 def waiting_record(client: TestClient, name: str, record: bytes) -> tuple[str, str]:

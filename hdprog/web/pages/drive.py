@@ -50,7 +50,7 @@ def drive_page(request: Request, who: Viewer, drive_id: DriveName) -> Response:
             "open_jobs": jobs.open_jobs_of(session, drive),
             "failed": jobs.failed_last(session, [drive]).get(drive.id),
             "overtaken": drive.id in analyses.overtaken(session, [drive]),
-            "last_job": next(iter(jobs.jobs_of(session, drive, 1)), None),
+            "last_job": jobs.last_job_of(session, drive),
             "pictures": pictures(service, drive.analysis_id),
             "warnings": warnings(service, drive.analysis_id),
             "verdict": next((one for one in history if one.id == drive.analysis_id), None),
