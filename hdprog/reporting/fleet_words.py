@@ -74,11 +74,6 @@ class FleetEntry:
     warnings: int = 0
     dated: bool = True
 
-    @property
-    def order(self) -> tuple[int, float]:
-        """Key that sorts drives worst first."""
-        return self.rank, self.rank_hours
-
 
 def fleet_entry(summary: Mapping[str, Any]) -> FleetEntry:
     """Sum up a summary for a list of drives.

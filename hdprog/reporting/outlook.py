@@ -17,6 +17,7 @@ AT_ONCE = 2.0  # service hours ahead that no plan tells from now
 Inspection = Literal["now", "by a date", "not due", "no date yet"]
 
 _FAR_TAIL = 0.1  # of the middle of remaining life
+_WAITING = 6  # service hours, about, that a risk is stated at
 _SURE = 0.95  # probability from which a limit is said to be passed
 
 
@@ -220,7 +221,7 @@ def inspection(forecast: Forecast, *, dated: bool) -> Inspection:
     return "by a date" if dated else "no date yet"
 
 
-def waiting_hours(forecast: Forecast, count: int = 6) -> list[float]:
+def waiting_hours(forecast: Forecast) -> list[float]:
     """Round service hours at which to state the risk, from now to where little is left to learn.
 
     They end where the probability has all but reached its last value, or at the horizon.
@@ -231,10 +232,10 @@ def waiting_hours(forecast: Forecast, count: int = 6) -> list[float]:
     reached = np.searchsorted(table[:, 1], min(0.95, start + 0.98 * to_come))
     end = forecast.horizon_hours if to_come <= 0.02 else float(table[reached, 0])
     span = max(end - forecast.now_hours, 1.0)
-    power = 10.0 ** math.floor(math.log10(span / count))
-    step = next(f * power for f in (1.0, 2.0, 2.5, 5.0, 10.0) if span / (f * power) <= count)
+    power = 10.0 ** math.floor(math.log10(span / _WAITING))
+    step = next(f * power for f in (1.0, 2.0, 2.5, 5.0, 10.0) if span / (f * power) <= _WAITING)
     first = math.floor(forecast.now_hours / step + 1.0) * step
-    hours = [first + step * i for i in range(count + 1)]
+    hours = [first + step * i for i in range(_WAITING + 1)]
     return [value for value in hours if value <= min(end + step, forecast.horizon_hours)]
 
 

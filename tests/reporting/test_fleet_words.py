@@ -27,7 +27,7 @@ def in_all_situations() -> list[DriveResult]:
 
 def test_worst_first() -> None:
     entries = [fleet_entry(summary_json(result)) for result in in_all_situations()]
-    ordered = sorted(entries, key=lambda entry: entry.order)
+    ordered = sorted(entries, key=lambda entry: (entry.rank, entry.rank_hours))
     assert ordered[0].status == "act"
     ranks = {"act": 0, "plan": 1, "present": 2, "good": 3}
     assert [ranks[e.status] for e in ordered] == sorted(ranks[e.status] for e in ordered)

@@ -423,7 +423,7 @@ def test_what_a_fit_finds_past_its_limit_comes_first_and_asks_to_inspect() -> No
     assert sentences[2].startswith("Hysteresis width is ")
     assert facts(result)[0].label == "Lost motion"
     entry = fleet_entry(summary_json(result))
-    assert (entry.sentence, entry.order[0]) == (said.sentences[0], 0)
+    assert (entry.sentence, entry.rank) == (said.sentences[0], 0)
     assert words(drives.single_fit(inside))[0].status == "present"
 
 
