@@ -38,7 +38,6 @@ def run_on_dask(address: str, order: Order, say: Say) -> None:
                     task.exception(timeout=_LOOK_SECONDS)
                     break
                 except TimeoutError:
-                    say("under way on the Dask cluster", 0.5)
                     say("on the Dask cluster", 0.5)
             results = _results(task)
         except BaseException:
