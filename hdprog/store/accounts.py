@@ -51,13 +51,7 @@ def add_user(session: Session, actor: Actor, name: str, password: str, role: Rol
     BadInputError
         for a name that is taken or cannot be, or a password that is too short
     """
-    if not _NAME.fullmatch(name):
-        raise BadInputError(
-            f"the name {name!r}",
-            "account",
-            "1 to 60 letters, digits or any of . _ @ + -",
-            "Choose such a name.",
-        )
+    _require_name(name, "account")
     if find_user(session, name) is not None:
         raise _taken(name)
     user = UserRow(name=name, password_hash=_hashed(password), role=role)
@@ -68,6 +62,16 @@ def add_user(session: Session, actor: Actor, name: str, password: str, role: Rol
         raise _taken(name) from error
     note(session, actor, "user added", name, role=role)
     return user
+
+
+def _require_name(name: str, whose: str) -> None:
+    if not _NAME.fullmatch(name):
+        raise BadInputError(
+            f"the name {name!r}",
+            whose,
+            "1 to 60 letters, digits or any of . _ @ + -",
+            "Choose such a name.",
+        )
 
 
 def _taken(name: str) -> BadInputError:
@@ -153,13 +157,7 @@ def add_token(session: Session, actor: Actor, name: str, role: Role) -> str:
     BadInputError
         for a name that cannot be
     """
-    if not _NAME.fullmatch(name):
-        raise BadInputError(
-            f"the name {name!r}",
-            "token",
-            "1 to 60 letters, digits or any of . _ @ + -",
-            "Choose such a name.",
-        )
+    _require_name(name, "token")
     text = f"hdp_{secrets.token_urlsafe(32)}"
     session.add(TokenRow(name=name, digest=digest(text), role=role))
     note(session, actor, "token added", name, role=role)
