@@ -60,9 +60,7 @@ def take_in_folders(
 
 def _take_in(store: Store, queue: Queue, folder: Path, looked: _Looked) -> tuple[str, int]:
     with store.writing() as session:
-        drive, tests = import_drive(
-            session, store.files, COMMAND_LINE, folder, lambda path, _content: looked[path]
-        )
+        drive, tests = import_drive(session, store.files, COMMAND_LINE, folder, looked)
         queue.enqueue(session, jobs.add_job(session, COMMAND_LINE, drive, tests[-1]))
         return drive.name, len(tests)
 

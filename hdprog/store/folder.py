@@ -8,7 +8,7 @@ import io
 import math
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -25,19 +25,8 @@ from hdprog.store.drives import add_drive, content_of, declare_new
 from hdprog.store.files import Files
 from hdprog.store.readings import with_reading
 from hdprog.store.tables import DriveRow, TestRow
-from hdprog.store.uploads import TestFacts, add_test, list_tests, refresh_counts
+from hdprog.store.uploads import COLUMNS, TestFacts, add_test, facts_of, list_tests, refresh_counts
 
-_COLUMNS = (
-    "test_id",
-    "file",
-    "service_hours",
-    "date",
-    "temperature_C",
-    "note",
-    "event",
-    "mean_torque_Nm",
-    "mean_speed_rpm",
-)
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 _ENDING = re.compile(r"\.(csv|tsv|txt|dat|xlsx)(\.gz)?$|\.gz$", re.IGNORECASE)
 
@@ -59,13 +48,15 @@ def write_drive_folder(
         atomic_write_text(aside / "drive.toml", tomli_w.dumps(content))
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(_COLUMNS)
+        facts = [column for column in COLUMNS if column != "test_id"]
+        writer.writerow(["test_id", "file", *facts])
         for test in tests:
             file = f"loops/{test.label}{_ending(test.file_name)}"
             if (aside / file).exists():  # t01 of a.csv.gz, and t01.csv of b.gz
                 file = f"loops/{test.label}-{test.sha256[:16]}{_ending(test.file_name)}"
             (aside / file).write_bytes(files.record(test.sha256).read_bytes())
-            writer.writerow([test.label, file, *(_cell(value) for value in _facts(test))])
+            said = facts_of(test).by_column()
+            writer.writerow([test.label, file, *(_cell(said[column]) for column in facts)])
         atomic_write_text(aside / "tests.csv", text.getvalue())
 
 
@@ -102,7 +93,7 @@ def import_drive(
     files: Files,
     actor: Actor,
     folder: Path,
-    look: Callable[[Path, dict[str, Any]], tuple[dict[str, Any], str]],
+    looked: Mapping[Path, tuple[dict[str, Any], str]],
 ) -> tuple[DriveRow, list[TestRow]]:
     """Take a drive's folder into the store, all of it or nothing.
 
@@ -111,8 +102,7 @@ def import_drive(
     session, files : of the store
     actor : who
     folder : with drive.toml, tests.csv and the loop files
-    look : gives what is kept of a record's read-out and its picture as an SVG, from its path and
-        the drive's content
+    looked : what is kept of each record's read-out, and its picture as an SVG, by its path
 
     Raises
     ------
@@ -124,7 +114,7 @@ def import_drive(
     drive = add_drive(session, actor, content)
     rows = []
     for test in read.tests:
-        quality, picture = look(test.path, content)
+        quality, picture = looked[test.path]
         with test.path.open("rb") as stream:
             incoming, digest, size = files.receive(stream)
         files.keep(incoming, digest)
@@ -181,18 +171,6 @@ def _said(test: DriveTest) -> TestFacts:
         event=test.event,
         mean_torque_Nm=test.mean_torque_Nm,
         mean_speed_rpm=test.mean_speed_rpm,
-    )
-
-
-def _facts(test: TestRow) -> tuple[object, ...]:
-    return (
-        test.service_hours,
-        test.tested_on,
-        test.temperature_C,
-        test.note,
-        None if test.event is None else test.event.kind,
-        test.mean_torque_Nm,
-        test.mean_speed_rpm,
     )
 
 

@@ -23,6 +23,17 @@ from hdprog.store.tables import DriveRow, EventRow, TestRow
 
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")  # but for tabs and line breaks
 _LABEL = re.compile(r"[\w+\-][\w+\-. ]{0,99}")
+COLUMNS = {
+    "service_hours": "service_hours",
+    "test_id": "label",
+    "date": "tested_on",
+    "temperature_C": "temperature_C",
+    "note": "note",
+    "event": "event",
+    "mean_torque_Nm": "mean_torque_Nm",
+    "mean_speed_rpm": "mean_speed_rpm",
+}
+"""Columns of tests.csv, and fields of forms, with the facts that they hold."""
 _MOST_LABEL_BYTES = 200  # files are named after it, and a name has 255 with what is added to it
 
 
@@ -43,6 +54,10 @@ class TestFacts:
     event: str | None = None
     mean_torque_Nm: float | None = None
     mean_speed_rpm: float | None = None
+
+    def by_column(self) -> dict[str, Any]:
+        """Give them as a row of tests.csv has them."""
+        return {column: getattr(self, name) for column, name in COLUMNS.items()}
 
     def check(self) -> None:
         """Refuse what cannot be.
@@ -225,18 +240,9 @@ def facts_of(test: TestRow) -> TestFacts:
 
 def said_otherwise(test: TestRow, facts: TestFacts) -> tuple[str, ...]:
     """Name the fields in which a test is not what was said of it; what was not said is none."""
-    known = facts_of(test)
-    both = {
-        "service_hours": (known.service_hours, facts.service_hours),
-        "test_id": (known.label, facts.label),
-        "date": (known.tested_on, facts.tested_on),
-        "temperature_C": (known.temperature_C, facts.temperature_C),
-        "note": (known.note, facts.note),
-        "event": (known.event, facts.event),
-        "mean_torque_Nm": (known.mean_torque_Nm, facts.mean_torque_Nm),
-        "mean_speed_rpm": (known.mean_speed_rpm, facts.mean_speed_rpm),
-    }
-    return tuple(name for name, (held, said) in both.items() if said is not None and said != held)
+    held = facts_of(test).by_column()
+    said = {name: value for name, value in facts.by_column().items() if value is not None}
+    return tuple(name for name, value in said.items() if value != held[name])
 
 
 def accept(

@@ -25,7 +25,7 @@ from hdprog.store.uploads import (
     readable_name,
     remove,
 )
-from hdprog.web.facts import read_facts
+from hdprog.web.facts import FIELDS, read_facts
 from hdprog.web.lookup import drive_named
 from hdprog.web.names import DriveName
 from hdprog.web.rendering import render
@@ -35,15 +35,6 @@ from hdprog.web.service import UnreadableError, service_of
 router = APIRouter()
 _MOST_SHOWN = 100  # records on a page: a form has a thousand fields at most
 _BECAME = {"accepted": "accepted", "removed": "removed or discarded"}
-_FIELDS = (
-    "service_hours",
-    "date",
-    "event",
-    "temperature_C",
-    "note",
-    "mean_torque_Nm",
-    "mean_speed_rpm",
-)
 
 
 @dataclass(frozen=True)
@@ -150,7 +141,7 @@ def _accept_one(
     if not is_current(test.quality, content):
         return _words_of_stale(test)
     try:
-        facts = read_facts({name: texts.get(f"{test.uid}-{name}", "") for name in _FIELDS})
+        facts = read_facts({name: texts.get(f"{test.uid}-{name}", "") for name in FIELDS})
         doubt = test.quality.get("doubt")
         if doubt and f"{test.uid}-sure" not in texts:
             return f"{doubt} Tick the box if it is, or discard the record."
