@@ -37,7 +37,7 @@ def _answer(order: dict[str, Any]) -> ReadOut:
     try:
         return read_record(Path(order["path"]), name, order["content"])
     except HdprogError as error:
-        return ReadOut((f"Problem: {error}",), (str(error),), {})
+        return ReadOut((str(error),), {})
     except MemoryError:
         return refused(
             name,

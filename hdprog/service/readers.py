@@ -66,12 +66,7 @@ class Readers:
                 f"a record that was not read within {seconds:.0f} s and the memory allowed",
                 "one that can be",
             )
-        return ReadOut(
-            tuple(answer["lines"]),
-            tuple(answer["problems"]),
-            answer["quality"],
-            answer["picture"],
-        )
+        return ReadOut(tuple(answer["problems"]), answer["quality"], answer["picture"])
 
     def warm_up(self) -> None:
         """Start the processes and have them load what they need, by reading a shipped record."""

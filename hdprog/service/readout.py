@@ -18,13 +18,12 @@ class ReadOut:
 
     Attributes
     ----------
-    lines : all findings in the words of `hdprog check`
     problems : why the record cannot be used; empty where it can
-    quality : what is kept of it: the numbers, the warnings and the lines
+    quality : what is kept of it: the numbers, the warnings, and all findings in the words of
+        `hdprog check`
     picture : of the record, as an SVG
     """
 
-    lines: tuple[str, ...]
     problems: tuple[str, ...]
     quality: Mapping[str, Any]
     picture: str = ""
@@ -51,15 +50,13 @@ def read_record(path: Path, name: str, content: Mapping[str, Any]) -> ReadOut:
     def called(text: str) -> str:
         return text.replace(str(path), name).replace(path.name, name)
 
-    lines = tuple(map(called, found.lines))
-    problems = tuple(map(called, found.problems))
     if not found.ok:
-        return ReadOut(lines, problems, {})
+        return ReadOut(tuple(map(called, found.problems)), {})
     numbers = found.as_json()["loops"][0]
     numbers.pop("name")
     loop = read_loop(path, drive=drive)
-    kept = {**numbers, "lines": list(lines), READINGS: digest_of_readings(loop)}
-    return ReadOut(lines, (), kept, svg_of(raw_loop(loop)))
+    kept = {**numbers, "lines": list(map(called, found.lines)), READINGS: digest_of_readings(loop)}
+    return ReadOut((), kept, svg_of(raw_loop(loop)))
 
 
 def refused(name: str, found: str, expected: str) -> ReadOut:
@@ -68,4 +65,4 @@ def refused(name: str, found: str, expected: str) -> ReadOut:
         f"{name}: found {found}; expected {expected}. Upload the record of one test as CSV, or "
         "keep every tenth row of it."
     )
-    return ReadOut((f"Problem: {words}",), (words,), {})
+    return ReadOut((words,), {})

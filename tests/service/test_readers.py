@@ -32,7 +32,7 @@ def test_a_record_is_read_and_drawn(readers: Readers) -> None:
     assert found.problems == ()
     assert found.quality["samples"] == 900
     assert found.quality["cycles"] == pytest.approx(3.0, abs=0.05)
-    assert found.lines[0].startswith("mine.csv: usable: 900 samples")
+    assert found.quality["lines"][0].startswith("mine.csv: usable: 900 samples")
     assert found.picture.startswith("<svg")
 
 
