@@ -6,6 +6,7 @@ import secrets
 import tempfile
 import threading
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from fastapi import Request
@@ -59,6 +60,24 @@ class UnreadableError(Exception):
 
 class NoRoomError(Exception):
     """The disk is full."""
+
+
+@dataclass(frozen=True)
+class Taken:
+    """A record that was taken in.
+
+    Attributes
+    ----------
+    test : that it became, or was already
+    job : that was asked for, None while it waits for a person to look
+    new : it was not there before
+    doubt : why it may be another drive's, unless a person said that it is not
+    """
+
+    test: TestRow
+    job: JobRow | None
+    new: bool
+    doubt: str | None
 
 
 class Service:
@@ -146,12 +165,9 @@ class Service:
                         accepted=accepted,
                     )
                     job = jobs.job_of_test(session, test)
-                    if accepted and (job is None or not counted):  # one of before does not hold it
-                        job = self.ask(session, actor, drive, test)
-                    elif (
-                        job is not None and accepted and job.state == "failed" and not job.cancelled
-                    ):
-                        job = self._again(session, actor, drive, job)
+                    if accepted:
+                        before = job if counted else None
+                        job = self._job_of(session, actor, drive, test, before)
                     # Last: what is refused leaves no file, what is written down has its own.
                     self.store.files.keep(incoming, digest)
                     atomic_write_text(self.store.files.picture(digest, drive.id), found.picture)
@@ -159,6 +175,19 @@ class Service:
                     return Taken(test, job, new, asked)
         finally:
             incoming.unlink(missing_ok=True)
+
+    def _job_of(
+        self, session: Any, actor: Actor, drive: DriveRow, test: TestRow, before: JobRow | None
+    ) -> JobRow:
+        """Find or ask for the job of a test that counts; `before` is that of one that did before.
+
+        One that failed, unless a person called it off, is started again.
+        """
+        if before is None:
+            return self.ask(session, actor, drive, test)
+        if before.state == "failed" and not before.cancelled:
+            return self._again(session, actor, drive, before)
+        return before
 
     def read_anew(self, drive_name: str) -> None:
         """Read the records of a drive whose read-out was made with earlier settings.
@@ -294,21 +323,6 @@ def _copied(
         if earlier and quality.get(READINGS) and test.quality.get(READINGS) == quality[READINGS]:
             return SAME_READINGS.format(test.label)
     return None
-
-
-class Taken:
-    """A record that was taken in.
-
-    Attributes
-    ----------
-    test : that it became, or was already
-    job : that was asked for, None while it waits for a person to look
-    new : it was not there before
-    doubt : why it may be another drive's, unless a person said that it is not
-    """
-
-    def __init__(self, test: TestRow, job: JobRow | None, new: bool, doubt: str | None) -> None:
-        self.test, self.job, self.new, self.doubt = test, job, new, doubt
 
 
 def service_of(request: Request) -> Service:
