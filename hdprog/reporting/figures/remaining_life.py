@@ -284,12 +284,17 @@ def _draw_risk(axes: Axes, main: Forecast, end: float) -> None:
     )
 
 
-def _events(main: Forecast, shutdown_hours: float | None, *, dated: bool) -> list[Event]:
-    """Hours to mark; of the date to inspect before only where it is told."""
-    events = [Event(main.now_hours, "now", INK, "-")]
-    inspect = outlook.inspection_hours(main)
-    if inspect is not None and outlook.inspection(main, dated=dated) == "by a date":
+def now_and_inspection(forecast: Forecast, *, dated: bool) -> list[Event]:
+    """Marks of now and of the date to inspect before, of that only where it is told."""
+    events = [Event(forecast.now_hours, "now", INK, "-")]
+    inspect = outlook.inspection_hours(forecast)
+    if inspect is not None and outlook.inspection(forecast, dated=dated) == "by a date":
         events.append(Event(inspect, f"inspect before {hours(inspect)}", INSPECT, "-"))
+    return events
+
+
+def _events(main: Forecast, shutdown_hours: float | None, *, dated: bool) -> list[Event]:
+    events = now_and_inspection(main, dated=dated)
     if shutdown_hours is not None:
         text = f"next shutdown {hours(shutdown_hours)}"
         risk = main.probability_crossed_by_shutdown

@@ -12,13 +12,13 @@ from hdprog.config import Limit
 from hdprog.reporting import outlook
 from hdprog.reporting.axes import THOUSANDS, Event, has_room, hour_axis, mark_events
 from hdprog.reporting.crossing_density import crossing_density
+from hdprog.reporting.figures.remaining_life import now_and_inspection
 from hdprog.reporting.figures.trend_numbers import trend_numbers
 from hdprog.reporting.rounding import hours, hours_up, percent
 from hdprog.reporting.style import (
     BAND,
     FIT,
     INK,
-    INSPECT,
     LIMIT,
     MEASURED,
     MUTED,
@@ -315,11 +315,7 @@ def _draw_crossing(axes: Axes, forecast: Forecast, threshold: float, end: float)
 
 
 def _events(forecast: Forecast, tests: Sequence[TestResult], *, dated: bool) -> list[Event]:
-    events = [Event(forecast.now_hours, "now", INK, "-")]
-    inspect = outlook.inspection_hours(forecast)
-    if inspect is not None and outlook.inspection(forecast, dated=dated) == "by a date":
-        events.append(Event(inspect, f"inspect before {hours(inspect)}", INSPECT, "-"))
-    return events + [
+    return now_and_inspection(forecast, dated=dated) + [
         Event(test.service_hours, test.event, MUTED, ":")
         for test in tests
         if test.event and test.service_hours is not None
