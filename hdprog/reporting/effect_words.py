@@ -89,6 +89,11 @@ def effect_name(identifier: str) -> str:
     return spoken_effect(identifier)
 
 
+def effect_said_before(identifier: str) -> str:
+    """Name of an effect that the reader has met already."""
+    return "the unknown effect" if identifier == UNKNOWN else effect_name(identifier)
+
+
 def effect_words(effect: FoundEffect) -> str:
     """Name of an effect and what it is: "creep (the angle keeps growing under load)"."""
     if effect.id == UNKNOWN:

@@ -12,7 +12,7 @@ from collections.abc import Collection, Mapping
 from hdprog.config import Limit
 from hdprog.explanation import UNKNOWN, DriveExplanation, Explanation, Origin
 from hdprog.physics.effects import BY_ID
-from hdprog.reporting.effect_words import effect_name
+from hdprog.reporting.effect_words import effect_name, effect_said_before
 from hdprog.reporting.present import standing, value_words
 from hdprog.reporting.words import agree, capital, listed, quantity
 from hdprog.results import DriveResult, TestResult, since_replaced
@@ -47,8 +47,8 @@ def gone_sentences(result: DriveResult) -> list[str]:
     gone = [name for name, size in sizes.items() if size is not None and not size[-own:, 2].any()]
     if not gone:
         return []
-    named = ["the unknown effect" if name == UNKNOWN else effect_name(name) for name in gone]
-    return [f"No test since the drive was replaced shows {listed(named, 'or')}."]
+    named = listed(map(effect_said_before, gone), "or")
+    return [f"No test since the drive was replaced shows {named}."]
 
 
 def the_drives_own(found: DriveExplanation, test: Explanation) -> str:
@@ -57,8 +57,7 @@ def the_drives_own(found: DriveExplanation, test: Explanation) -> str:
     own = [
         effect_name(effect.id)
         for effect in found.effects
-        if effect.id != UNKNOWN and effect.id in shown and effect.origin == "wear"
-        if BY_ID[effect.id].lasting and BY_ID[effect.id].static
+        if _is_lasting(effect.id) and effect.id in shown and effect.origin == "wear"
     ]
     if not own:
         return ""
@@ -103,13 +102,13 @@ def _left_out(result: DriveResult, among: Collection[str]) -> dict[str, Origin |
     return {
         name: origin
         for name, origin in found.items()
-        if name != UNKNOWN
-        and name in among
-        and BY_ID[name].lasting
-        and BY_ID[name].static
-        and name not in followed
-        and origin != "rig"
+        if _is_lasting(name) and name in among and name not in followed and origin != "rig"
     }
+
+
+def _is_lasting(name: str) -> bool:
+    """Whether wear can bring an effect, and it is part of the steady cycle of the figures."""
+    return name != UNKNOWN and BY_ID[name].lasting and BY_ID[name].static
 
 
 def _matters(test: TestResult, key: str) -> bool:

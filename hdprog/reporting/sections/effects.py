@@ -14,6 +14,7 @@ from hdprog.reporting.effect_words import (
     carriers,
     coordinate,
     effect_name,
+    effect_said_before,
     effect_words,
     moved_words,
 )
@@ -32,7 +33,6 @@ from hdprog.reporting.sections.table import Table
 from hdprog.reporting.style import Picture
 from hdprog.reporting.words import capital, listed, parameter_name, tidy
 
-TITLE = "What the drive model lacked"
 _FAR = 2.0  # standard deviations from which a shift is told in a sentence
 _WORTH_SAYING = 0.005  # of a number: less is not called wrong
 _PICTURED = 3  # tests of a drive
@@ -70,7 +70,6 @@ class Section:
     `doubtful`: a fit did not converge.
     """
 
-    title: str
     lead: str
     left: str
     doubtful: bool
@@ -89,7 +88,7 @@ def effects(explanation: Explanation | DriveExplanation | None) -> Section | Non
         parts = _drive(explanation)
     else:
         doubtful, parts = not explanation.converged, _record(explanation)
-    return Section(TITLE, lead(explanation), left(explanation), doubtful, parts)
+    return Section(lead(explanation), left(explanation), doubtful, parts)
 
 
 def _record(found: Explanation) -> tuple[Part, ...]:
@@ -239,10 +238,7 @@ def _bias(found: Explanation, note: str, beside: str = "") -> Part:
         told = listed(
             f"{tables.shift_name(shift)} ({tables.off_words(shift)})" for shift in far[:3]
         )
-        lacking = listed(
-            "the unknown effect" if effect.id == UNKNOWN else effect_name(effect.id)
-            for effect in found.effects
-        )
+        lacking = listed(effect_said_before(effect.id) for effect in found.effects)
         wrong = "these" if len(far) <= 3 else f"{len(far)} numbers"
         most = "" if len(far) <= 3 else ", most of all"
         said = f"Without {lacking} {wrong} came out wrong{note}{most}: {told}."
