@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from hdprog.reporting.drawn_lines import drawn_lines
 from hdprog.reporting.embedded_png import with_palettes
 from hdprog.reporting.picture_data import PictureData
-from hdprog.reporting.words import tidy
+from hdprog.reporting.words import PROVISIONAL_NUMBERS, tidy
 
 # Okabe and Ito's colours, which people with colour blindness tell apart; every role has its own
 # line style or marker too, so that a grey print can be read.
@@ -33,8 +33,6 @@ SHUTDOWN = "#00785A"
 MUTED = "#6b7280"
 GRID = "#e3e6ea"
 INK = "#1c2430"
-
-_DOUBT = "Not converged: provisional numbers. "
 
 RASTER_DPI = 110
 """Resolution of dense marks, in dots an inch."""
@@ -132,7 +130,7 @@ def picture(
         svg_data_uri(figure),
         width,
         height,
-        tidy(_DOUBT + alt if doubtful else alt),
+        tidy(f"{PROVISIONAL_NUMBERS} {alt}" if doubtful else alt),
         tidy(shows),
         tidy(good),
         tidy(bad),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hdprog.reporting.rounding import grouped, interval, significant
-from hdprog.reporting.words import agree, counted, listed, quantity
+from hdprog.reporting.words import PROVISIONAL_NUMBERS, agree, counted, listed, quantity
 from hdprog.results import TemperatureEffect, TrendSummary
 
 
@@ -19,7 +19,7 @@ def temperature_words(trend: TrendSummary, keys: Sequence[str]) -> str:
     found = trend.temperature
     if found is None:
         return ""
-    doubt = "" if trend.converged else "Not converged: provisional numbers. "
+    doubt = "" if trend.converged else f"{PROVISIONAL_NUMBERS} "
     at = _degrees(found.reference_C)
     text = f"{doubt}Trend and forecast are told at {at}, the mean of the tests"
     if found.unknown:

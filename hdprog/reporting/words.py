@@ -76,6 +76,8 @@ _MINUS_ZERO = re.compile(rf"{MINUS}(0(?:\.0+)?)(?![\d.]*\d)")
 _EXPONENT = re.compile(r"(?<![\w.-])(-?\d(?:\.\d+)?)e([+-]\d{2,3})(?![\w.])")
 _DECLARED_DIGITS = 4
 
+PROVISIONAL_NUMBERS = "Not converged: provisional numbers."
+QUICK_RUN = "Quick run: fewer draws were made; run again without --quick for a verdict."
 FIRST_LIMIT = "first_limit"
 """Key of the forecast of the first of all limits."""
 

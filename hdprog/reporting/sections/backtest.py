@@ -19,7 +19,7 @@ from hdprog.reporting.figures.backtest_coverage import CoverageRow
 from hdprog.reporting.rounding import hours, share, significant
 from hdprog.reporting.sections.method import Passage
 from hdprog.reporting.sections.table import Row, Table
-from hdprog.reporting.words import capital, counted, listed, quantity, with_unit
+from hdprog.reporting.words import QUICK_RUN, capital, counted, listed, quantity, with_unit
 
 _NONE = "\u2013"
 
@@ -45,7 +45,7 @@ def warnings(result: BacktestResult) -> list[str]:
                 f"{counted(count, 'test')}; nothing was left to forecast there."
             )
     if result.provenance.quick:
-        found.append("Quick run: fewer draws were made; run again without --quick for a verdict.")
+        found.append(QUICK_RUN)
     return found
 
 

@@ -8,7 +8,7 @@ from hdprog.reporting.geometry import MICRORADIAN
 from hdprog.reporting.rounding import interval, rounded, significant
 from hdprog.reporting.sections.method import Passage
 from hdprog.reporting.sections.table import Cell, Group, Row, Table, Value
-from hdprog.reporting.words import contraction_words, torque_words
+from hdprog.reporting.words import QUICK_RUN, contraction_words, torque_words
 
 _NONE = "\u2013"
 _DOUBTFUL = 0.02  # share of the blocks from which a warning is due
@@ -163,7 +163,7 @@ def warnings(result: Comparison) -> list[str]:
         if one.evidence.doubtful_blocks > _DOUBTFUL
     ]
     if result.provenance.quick:
-        found.append("Quick run: fewer draws were made; run again without --quick for a verdict.")
+        found.append(QUICK_RUN)
     return found
 
 
