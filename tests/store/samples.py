@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from hdprog.store.audit import COMMAND_LINE
 from hdprog.store.drives import add_drive
 from hdprog.store.files import Files
-from hdprog.store.tables import DriveRow, TestRow
+from hdprog.store.tables import DriveRow, JobRow, TestRow
 from hdprog.store.uploads import TestFacts, add_test
 
 DATASETS = Path(__file__).resolve().parents[2] / "datasets"
@@ -58,3 +60,9 @@ def add_bytes(
         quality={},
         accepted=accepted,
     )
+
+
+def jobs_of(session: Session, drive: DriveRow) -> Sequence[JobRow]:
+    """Give all jobs of a drive, the newest first."""
+    asked = select(JobRow).where(JobRow.drive_id == drive.id).order_by(JobRow.created_at.desc())
+    return session.scalars(asked).all()

@@ -8,8 +8,8 @@ from typing import Any
 from starlette.testclient import TestClient
 
 from hdprog.store.audit import trail
-from hdprog.store.jobs import jobs_of
 from hdprog.store.uploads import find_test
+from tests.store.samples import jobs_of
 from tests.web.conftest import ClientOf, service_in
 from tests.web.server import csrf_of, text_of
 from tests.web.test_read_out import upload

@@ -14,7 +14,7 @@ from hdprog.store.audit import COMMAND_LINE
 from hdprog.store.drives import find_drive
 from hdprog.web.service import Service
 from tests.reporting.drives import not_converged, wearing
-from tests.store.samples import add_sample
+from tests.store.samples import add_sample, jobs_of
 from tests.web.conftest import ClientOf, service_in
 from tests.web.server import text_of
 from tests.web.test_forecast_dates import analysed
@@ -34,7 +34,7 @@ def test_the_fleet_tells_whose_last_job_failed(
         for name in names[1:]:
             drive = find_drive(session, name)
             assert drive is not None
-            [job] = jobs.jobs_of(session, drive)
+            [job] = jobs_of(session, drive)
             jobs.fail(session, job, jobs.start(session, job), "test: found nothing of use.")
             if name == "known-drive":
                 drive.sentence = "Good until 900 h."
@@ -71,7 +71,7 @@ def test_a_job_that_was_called_off_is_no_failure(
     with store.writing() as session:
         drive = find_drive(session, "called-off")
         assert drive is not None
-        newest, second, first = jobs.jobs_of(session, drive)
+        newest, second, first = jobs_of(session, drive)
         attempt = jobs.start(session, first)
         assert jobs.cancel(session, COMMAND_LINE, newest)
         assert jobs.finish(session, first, attempt, None)
@@ -126,7 +126,7 @@ def test_a_result_that_was_overtaken_is_said_to_be_of_before(
         drive = find_drive(session, name)
         assert drive is not None
         assert drive.analysis_id is not None
-        [first] = jobs.jobs_of(session, drive)
+        [first] = jobs_of(session, drive)
         assert jobs.finish(session, first, jobs.start(session, first), drive.analysis_id)
         folder = service.store.files.analysis(drive.analysis_id)
         folder.mkdir()
@@ -213,7 +213,7 @@ def test_what_did_not_converge_is_said_wherever_its_numbers_are(
         with service.store.writing() as session:
             drive = find_drive(session, name)
             assert drive is not None
-            [job] = jobs.jobs_of(session, drive)
+            [job] = jobs_of(session, drive)
             assert jobs.finish(session, job, jobs.start(session, job), drive.analysis_id)
             sentence, number = drive.sentence, job.id
         row = text_of(viewer.get("/", params={"q": name}).text)
