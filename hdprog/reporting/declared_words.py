@@ -20,7 +20,8 @@ _REACHED = 1.05  # times the largest torque of the tests: up to there nothing is
 def declared_words(result: DriveResult) -> list[str]:
     """Sentences on limits far off, another ratio than the model's, too high torques, shutdowns."""
     ratio = ratio_doubt(result.drive.model, result.drive.ratio)
-    said = [*far_limits(result), *limits_left_behind(result), *([ratio] if ratio else [])]
+    far = far_limits(result, result.drive.limits)
+    said = [*far, *limits_left_behind(result), *([ratio] if ratio else [])]
     return [*said, *_beyond(result), *_shutdown(result)]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from hdprog.config import Limit
 from hdprog.reporting.rounding import significant
@@ -17,10 +17,10 @@ _FAR_BY_QUANTITY = {
 }
 
 
-def far_limits(result: DriveResult) -> list[str]:
-    """Sentences on limits that are far off what every test of a drive shows."""
+def far_limits(result: DriveResult, limits: Sequence[Limit]) -> list[str]:
+    """Sentences on those of a drive's limits that are far off what every test of it shows."""
     said = []
-    for limit in result.drive.limits:
+    for limit in limits:
         seen = [test.figures[limit.key] for test in result.tests if limit.key in test.figures]
         if seen:
             low = min(levels[0.05] for levels in seen)

@@ -80,7 +80,7 @@ _LABELS: dict[Status, str] = {
 
 
 def verdict(result: DriveResult) -> Verdict:
-    """Verdict on a drive: convergence first, then limits, then what it rests on."""
+    """Verdict on a drive: convergence first, then what to do, then what it rests on."""
     with shown_in(result.drive.report):
         return _verdict(result)
 
@@ -89,21 +89,17 @@ def _verdict(result: DriveResult) -> Verdict:
     sentences: list[str] = []
     if not result.converged:
         sentences.append(not_converged(result))
-    sentences += [*far_limits(result), *limits_left_behind(result), *missed_sentences(result)]
     main = outlook.overall(result.forecasts)
-    if main is not None and outlook.tested_at(result) == 1:
-        sentences.append(_no_pace(result))
     if main is None:
         status: Status
         status, said = _present(result)
-        sentences += said
     else:
         status, said = _outlook(result, main)
-        sentences += said
         coming = outlook.not_passed(result.forecasts)
         limits = [one.limit for one in coming if one.limit and not one.already_crossed]
-        sentences += past_by_itself(result.tests, limits)
-    sentences += left_out_sentences(result)
+        said += past_by_itself(result.tests, limits)
+    before, after = _remarks(result, status)
+    sentences += [*before, *said, *after, *left_out_sentences(result)]
     if result.explanation is not None:
         sentences += traced_sentences(result.explanation)
         sentences += gone_sentences(result)
@@ -117,6 +113,23 @@ def _verdict(result: DriveResult) -> Verdict:
     provisional = not result.converged
     label = _label(result, status, main) + (" \u2013 provisional" if provisional else "")
     return Verdict(status, provisional, label, tuple(map(tidy, sentences)))
+
+
+def _remarks(result: DriveResult, status: Status) -> tuple[list[str], list[str]]:
+    """What to know of limits, fit and pace: before what is to be done, and after it.
+
+    Where something is to be done now that leads; but a limit that is past and nowhere near what
+    the drive has is what the doing rests on, and more likely a slip.
+    """
+    limits = result.drive.limits
+    slips = [one for one in limits if status != "act" or is_past(result.tests[-1], one)]
+    others = [*limits_left_behind(result), *missed_sentences(result)]
+    if result.forecasts and outlook.tested_at(result) == 1:
+        others.append(_no_pace(result))
+    before, after = far_limits(result, slips), others
+    if status != "act":
+        return [*before, *after], []
+    return before, [*far_limits(result, [one for one in limits if one not in slips]), *after]
 
 
 def _label(result: DriveResult, status: Status, main: Forecast | None) -> str:

@@ -310,6 +310,37 @@ def test_a_limit_on_the_side_that_wear_leaves_is_asked_about() -> None:
     assert "does not guard" not in " ".join(words(eased)[1])
 
 
+def test_what_to_do_now_comes_before_remarks_on_limits_and_pace() -> None:
+    """A drive past its limit led with two limits that have nothing to do with it."""
+    behind = replace(drives.SECANT, direction="above", threshold=60_000.0)  # it falls with wear
+    far = Limit("hysteresis_width_arcmin", 500.0, "above")
+    past = drives.past_limit()
+    result = replace(past, drive=replace(past.drive, limits=(far, *past.drive.limits, behind)))
+    told, said = words(result)
+    assert told.status == "act"
+    assert said[0].startswith("Lost motion is past its limit")
+    assert said[1] == "Inspect now."
+    assert [text for text in said[2:] if "check its number and unit" in text]
+    assert [text for text in said[2:] if "does not guard the side" in text]
+    assert spaced(fleet_entry(summary_json(result)).sentence) == said[0]
+    _, alone = words(drives.wearing(count=1, crossing=700.0, spread=40.0))
+    assert alone[0].startswith("Lost motion is past its limit")
+    assert [text for text in alone[2:] if text.startswith("There is one test only")]
+    _, fitted = words(drives.single_fit(drives.LOST_MOTION, far, wear=1.2))
+    assert "past its limit" in fitted[0]
+    assert fitted[1] == "Inspect now."
+
+
+def test_a_limit_that_is_passed_by_a_slip_of_its_unit_is_asked_about_first() -> None:
+    """What is to be done rests on it."""
+    slip = replace(drives.LOST_MOTION, threshold=drives.LOST_MOTION.threshold / 3000.0)
+    result = drives.wearing(slip, crossing=700.0, spread=40.0)
+    told, said = words(result)
+    assert told.status == "act"
+    assert "check its number and unit" in said[0]
+    assert said[1].startswith("Lost motion is past its limit")
+
+
 def test_the_limit_that_carries_the_risk_is_named() -> None:
     """The limit with the earliest middle may have no risk at all at the date."""
     result = drives.wearing(drives.LOST_MOTION, drives.WIDTH)
