@@ -37,6 +37,7 @@ _LETTER_WIDTH = 0.0685  # inches a letter at 8.5 points, DejaVu Sans, on average
 _ROW_HEIGHT = 0.17  # inches
 _MOST_ROWS = 4  # of labels above the axes
 _APART = 0.12  # inches from one label to the next of a row
+_BESIDE = 0.03  # inches from a label to the line of another event
 _BETWEEN = 0.06  # inches between tick labels beside each other, at the least
 
 
@@ -66,6 +67,14 @@ class _Label:
     @property
     def middle(self) -> float:
         return self.left + len(self.event.label) * _LETTER_WIDTH / 2
+
+    @property
+    def right(self) -> float:
+        return self.left + len(self.event.label) * _LETTER_WIDTH
+
+    def covers(self, line: float) -> bool:
+        """Whether an upright line at these inches would touch the label."""
+        return self.left - _BESIDE < line < self.right + _BESIDE
 
 
 def room_on_the_left(strips: Sequence[Axes]) -> float:
@@ -221,24 +230,47 @@ def _arrange(limits: tuple[float, float], width: float, events: Sequence[Event])
     Labels take room in the order of the events; one that finds none in `_MOST_ROWS` has no row.
     """
     first, last = limits
-    taken: list[list[tuple[float, float]]] = [[] for _ in range(_MOST_ROWS)]
-    labels = []
-    for event in events:
-        if not first <= event.hours <= last:
-            continue
-        at = (event.hours - first) / (last - first) * width
-        length = len(event.label) * _LETTER_WIDTH
-        left = min(max(at - length / 2, 0.0), max(width - length, 0.0))
-        right = left + length
-        row = next(
-            (
-                number
-                for number, places in enumerate(taken)
-                if all(left > end + _APART or right + _APART < start for start, end in places)
-            ),
-            None,
-        )
-        if row is not None:
-            taken[row].append((left, right))
-        labels.append(_Label(event, left, row))
+    inside = [event for event in events if first <= event.hours <= last]
+    lines = [(event.hours - first) / (last - first) * width for event in inside]
+    labels: list[_Label] = []
+    for number, event in enumerate(inside):
+        places = _places(event, lines[number], width)
+        free = [one for one in places if _is_free(one, labels)]
+        clear = [one for one in free if _is_clear(one, lines[number], labels, lines)]
+        # Where lines crowd, a label hides a piece of them rather than being left out.
+        labels.append((clear or free or [_Label(event, 0.0, None)])[0])
     return labels
+
+
+def _places(event: Event, line: float, width: float) -> list[_Label]:
+    """Places of an event's label in the order of their worth: low, then about its line."""
+    length = len(event.label) * _LETTER_WIDTH
+    wanted = (line - length / 2, line + _BESIDE, line - _BESIDE - length)
+    # What would be beside the line and has no room there is no place.
+    lefts = [min(max(wanted[0], 0.0), max(width - length, 0.0))]
+    lefts += [left for left in wanted[1:] if 0.0 <= left <= width - length]
+    return [_Label(event, left, row) for row in range(_MOST_ROWS) for left in lefts]
+
+
+def _is_free(place: _Label, others: Sequence[_Label]) -> bool:
+    """Whether a place overlaps no label of its row."""
+    return all(
+        place.left > other.right + _APART or place.right + _APART < other.left
+        for other in others
+        if other.row == place.row
+    )
+
+
+def _is_clear(place: _Label, line: float, others: Sequence[_Label], lines: Sequence[float]) -> bool:
+    """Whether a place covers no line that rises past it, and its own line meets no label.
+
+    Lines whose labels have no place yet may rise past any.
+    """
+    row = place.row or 0
+    heights = [0 if other.row is None else other.row for other in others]
+    own, to_come = len(others), range(len(others) + 1, len(lines))
+    rising = [lines[i] for i, height in enumerate(heights) if height > row]
+    rising += [lines[i] for i in to_come]
+    below = [other for other in others if other.row is not None and other.row < row]
+    covered = any(place.covers(at) for at in rising if at != lines[own])
+    return not covered and not any(other.covers(line) for other in below)

@@ -57,6 +57,30 @@ def test_however_many_events_leave_the_axes_their_height(count: int) -> None:
         assert texts.count("regreased") == count if count == 3 else 4 < len(texts) <= count
 
 
+@pytest.mark.parametrize(
+    "shutdown", [1_500.0, 2_300.0, 2_700.0, 2_900.0, 3_100.0, 3_500.0, 5_800.0]
+)
+def test_no_line_of_an_event_runs_through_the_label_of_another(shutdown: float) -> None:
+    """That of the shutdown did through the date to inspect before."""
+    events = [
+        Event(900.0, "now"),
+        Event(2_800.0, f"inspect before 2{THIN_SPACE}800{THIN_SPACE}h"),
+        Event(shutdown, f"next shutdown {shutdown:.0f}{THIN_SPACE}h: 7.2{THIN_SPACE}%", line="--"),
+    ]
+    with house_style():
+        axes = new_figure(7.6, 3.3).add_axes((0.09, 0.15, 0.88, 0.65))
+        axes.set_xlim(850.0, 6_000.0)
+        mark_events(axes, events)
+        FigureCanvasAgg(axes.get_figure(root=True)).draw()
+        boxes = [text.get_window_extent() for text in axes.texts]
+        ends = [line.get_path().transformed(line.get_transform()).vertices for line in axes.lines]
+    assert len(boxes) == len(ends) == len(events)
+    for line, box in itertools.permutations(range(3), 2):
+        x, top = ends[line][0, 0], ends[line][:, 1].max()
+        assert not (boxes[box].x0 <= x <= boxes[box].x1 and top > boxes[box].y0)
+    assert not any(one.overlaps(two) for one, two in itertools.combinations(boxes, 2))
+
+
 def test_a_title_too_long_for_its_axes_is_shortened() -> None:
     with house_style():
         axes = new_figure(7.6, 2.0).add_axes((0.55, 0.2, 0.43, 0.7))

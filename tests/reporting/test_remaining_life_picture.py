@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 from hdprog.reporting.figures.remaining_life import _draw_density, remaining_life
 from hdprog.reporting.style import house_style, new_figure
@@ -59,3 +62,27 @@ def test_words_name_the_marks_that_are_drawn(ends: tuple[float, float], words: s
 
 def evenly(first: float, last: float) -> Forecast:
     return forecast_of(LOST_MOTION, np.linspace(first, last, 4000), 900.0)
+
+
+@pytest.mark.parametrize("count", [2, 3, 5, 8])
+def test_the_legend_has_room_for_every_limit(count: int) -> None:
+    """The last row of six entries was cut off."""
+    limits = [replace(LOST_MOTION, threshold=2.0 + 0.1 * n) for n in range(count)]
+    hours = np.linspace(1500.0, 2500.0, 400)
+    forecasts = [forecast_of(limit, hours, 900.0) for limit in limits]
+    with house_style(), pytest.MonkeyPatch.context() as patch:
+        drawn: list[Figure] = []
+        patch.setattr(
+            "hdprog.reporting.figures.remaining_life.picture",
+            lambda figure, **words: drawn.append(figure),
+        )
+        remaining_life((*forecasts, forecast_of(None, hours, 900.0)), None, doubtful=False)
+        (figure,) = drawn
+        FigureCanvasAgg(figure).draw()
+        axes = figure.axes[0]
+        legend, label = axes.get_legend(), axes.xaxis.label.get_window_extent()
+        assert legend is not None
+        box = legend.get_window_extent()
+    assert len(legend.get_texts()) == count + 1
+    assert 0.0 <= box.y0 < 0.12 * figure.dpi
+    assert box.y1 < label.y1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -38,6 +39,9 @@ _WORTH_SAYING = 0.05  # of what lies outside of the picture
 _ROOM_FOR_WORDS = 0.25  # of the height of the hill's axes
 _WIDTH_OF_WORDS = 0.07  # "50 %", of the width of the hill's axes
 _LINE = 0.13  # of words, of their height
+_LEGEND_COLUMNS = 2
+_LEGEND_ROW = 0.207  # inches
+_LEGEND_GAP = 0.02  # inches below the last row
 _DASHES = ((0, (6, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)), (0, (3, 1)))
 
 
@@ -63,7 +67,7 @@ def remaining_life(
     if main is None:
         raise ValueError("remaining life needs a forecast")
     single = outlook.limited(forecasts)
-    legend = 0.0 if len(single) < 2 else 0.42
+    legend = _legend_height(single)
     height = 5.0 + legend
     figure = new_figure(7.6, height)
     axes = figure.add_axes((0.09, (0.52 + legend) / height, 0.88, 2.3 / height))
@@ -103,6 +107,14 @@ def remaining_life(
         data=_data(main, single),
         doubtful=doubtful,
     )
+
+
+def _legend_height(single: Sequence[Forecast]) -> float:
+    """Inches that the legend takes up; none where a single limit needs no name."""
+    if len(single) < 2:
+        return 0.0
+    rows = math.ceil((1 + len(single)) / _LEGEND_COLUMNS)
+    return _LEGEND_GAP + rows * _LEGEND_ROW
 
 
 def _action(main: Forecast, *, dated: bool, passed: bool) -> str:
@@ -242,7 +254,12 @@ def _draw_curves(axes: Axes, main: Forecast, single: Sequence[Forecast]) -> None
         handles += axes.plot(own[:, 0], own[:, 1], color=MUTED, linestyle=dash, linewidth=1.4)
         labels.append(outlook.limit_words(forecast.limit))
     axes.legend(
-        handles, labels, loc="upper left", bbox_to_anchor=(-0.02, -0.2), ncols=2, handlelength=3.2
+        handles,
+        labels,
+        loc="upper left",
+        bbox_to_anchor=(-0.02, -0.2),
+        ncols=_LEGEND_COLUMNS,
+        handlelength=3.2,
     )
 
 
@@ -281,6 +298,8 @@ def _draw_risk(axes: Axes, main: Forecast, end: float) -> None:
         ha="right",
         fontsize=8.5,
         color=LIMIT,
+        zorder=5,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
     )
 
 
