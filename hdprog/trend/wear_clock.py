@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hdprog.data.loads_of_tests import drives_of_stretches
 from hdprog.data.tests_table import DriveTest
 from hdprog.physics.parameters import FloatArray
 from hdprog.results import since_replaced
@@ -20,35 +21,44 @@ def hours_by_load(
     service_hours: Sequence[float],
     mean_torque: Sequence[float | None],
     mean_speed: Sequence[float | None],
+    replaced: Sequence[bool] | None = None,
 ) -> tuple[float, ...] | None:
     """Hours in which the drive's mean load wears as much as the loads that it had.
 
     Each stretch counts Δt·T³·n, the rule by which makers rate the life of the wave generator's
     bearing (Harmonic Drive CSF/CSG catalogue, service life), scaled so that all stretches together
-    count the hours served: rated torque and speed, constant factors, are then not needed.
+    count the hours served: rated torque and speed, constant factors, are then not needed. A drive
+    that was replaced, of which a stretch has no torque, counts the hours that it served.
 
     Parameters
     ----------
     service_hours : hours at the tests, rising
     mean_torque, mean_speed : load in Nm and rpm since the test before (the first: since zero
-        hours), None where it is not known; speed counts where every stretch has it
+        hours), None where it is not known; speed counts where every stretch that counts has it
+    replaced : whether the drive was replaced before each test; None where it never was
 
     Returns
     -------
-    hours since zero at the tests; None where the torque of a stretch is not known
+    hours since zero at the tests; None where the torque of a stretch of the last drive is not known
     """
     served = np.diff(np.asarray(service_hours, dtype=float), prepend=0.0)
-    ran = served > 0
-    torque = np.array([np.nan if one is None else one for one in mean_torque])[ran]
-    speed = np.array([np.nan if one is None else one for one in mean_speed])[ran]
-    if not torque.size or np.isnan(torque).any():
+    torque = np.array([np.nan if one is None else one for one in mean_torque])
+    speed = np.array([np.nan if one is None else one for one in mean_speed])
+    drives = drives_of_stretches([False] * served.size if replaced is None else replaced)
+    own, ran = np.array(drives[:-1]), served > 0
+    lacking = set(own[ran & np.isnan(torque)])
+    loaded = ran & ~np.isin(own, list(lacking))
+    if not loaded.any() or drives[-1] in lacking:
         return None
-    pace = np.abs(torque) ** 3 * (np.ones_like(speed) if np.isnan(speed).any() else np.abs(speed))
-    counted = np.zeros_like(served)
-    counted[ran] = served[ran] * pace
-    if not counted.sum() > 0:
+    pace = np.abs(torque[loaded]) ** 3
+    if not np.isnan(speed[loaded]).any():
+        pace *= np.abs(speed[loaded])
+    counted = served.copy()
+    counted[loaded] *= pace
+    if not counted[loaded].sum() > 0:
         return None
-    return tuple(np.cumsum(counted) * (served.sum() / counted.sum()))
+    counted[loaded] *= served[loaded].sum() / counted[loaded].sum()
+    return tuple(np.cumsum(counted))
 
 
 def load_hours_of(tests: Sequence[DriveTest]) -> Sequence[float | None]:
@@ -57,6 +67,7 @@ def load_hours_of(tests: Sequence[DriveTest]) -> Sequence[float | None]:
         [test.service_hours for test in tests],
         [test.mean_torque_Nm for test in tests],
         [test.mean_speed_rpm for test in tests],
+        [test.event == "replaced" for test in tests],
     )
     return [None] * len(tests) if by_load is None else by_load
 

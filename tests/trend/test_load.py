@@ -35,6 +35,25 @@ def test_a_stretch_without_load_leaves_the_hours_as_they_are(hours, torque) -> N
     assert hours_by_load(hours, torque, [None] * len(hours)) is None
 
 
+def test_a_drive_that_was_replaced_needs_no_load_for_that_of_the_next_to_count() -> None:
+    """It dropped the load of the drive that runs now."""
+    hours, torque, speed = [5000, 5300, 5600], [None, 10, 20], [None, 1000, 500]
+    found = hours_by_load(hours, torque, speed, [True, False, False])
+    assert found == pytest.approx((5000.0, 5120.0, 5600.0))
+    assert hours_by_load(hours, torque, speed) is None
+    hours, torque = [100, 200, 300, 400, 500], [None, 7.0, 7.0, 10.0, 20.0]
+    replaced = [False, False, True, False, False]
+    found = hours_by_load(hours, torque, [None] * 5, replaced)
+    # The stretch up to the replacement was still of the drive before.
+    assert found == pytest.approx((100.0, 200.0, 300.0, 300.0 + 200 / 9, 500.0))
+    known = [5.0, *torque[1:]]
+    assert hours_by_load(hours, known, [None] * 5, replaced) == hours_by_load(
+        hours, known, [None] * 5
+    )
+    lacking = [5.0, 7.0, 7.0, 10.0, None]
+    assert hours_by_load(hours, lacking, [None] * 5, replaced) is None
+
+
 @pytest.mark.parametrize("follows", [True, False])
 def test_the_tests_say_whether_wear_follows_the_load(follows: bool) -> None:
     by_load = hours_by_load(HOURS.tolist(), TORQUE, [None] * 8)
