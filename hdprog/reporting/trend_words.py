@@ -10,6 +10,7 @@ from hdprog.physics.parameters import FloatArray
 from hdprog.reporting.effect_words import effect_name
 from hdprog.reporting.leap_words import leap_words
 from hdprog.reporting.rounding import hours
+from hdprog.reporting.weak_words import left_to_prior
 from hdprog.reporting.words import agree, capital, figure_interval, listed, quantity, with_unit
 from hdprog.results import (
     LEVELS,
@@ -35,7 +36,7 @@ def trend_warnings(trend: TrendSummary, tests: Sequence[TestResult]) -> list[str
     found = [*trend.warnings, *(_sudden(one, tests) for one in trend.sudden)]
     found += [_not_reproduced(one, names) for one in trend.not_reproduced]
     for key, course in trend.figures.items():
-        off = off_course(course)
+        off = passed_by(key, course, tests)
         if off:
             found.append(_off_course(key, course, off, names))
         found += leap_words(course, tests)
@@ -54,6 +55,14 @@ def _sudden(found: SuddenEffect, tests: Sequence[TestResult]) -> str:
         "The trend takes it for a lasting step. Look for what happened; if the drive was taken "
         "apart, declare the event in tests.csv."
     )
+
+
+def passed_by(key: str, course: FigureTrend, tests: Sequence[TestResult]) -> list[int]:
+    """The tests that lie apart from the course by what their own records know.
+
+    Where a record leaves a figure to the prior, the test by itself may lie anywhere.
+    """
+    return [at for at in off_course(course) if not left_to_prior(tests[at], key)]
 
 
 def off_course(course: FigureTrend) -> list[int]:

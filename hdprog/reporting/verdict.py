@@ -31,7 +31,7 @@ from hdprog.reporting.rounding import (
     share,
     without_unit,
 )
-from hdprog.reporting.trend_words import off_course
+from hdprog.reporting.trend_words import passed_by
 from hdprog.reporting.weak_words import prior_driven
 from hdprog.reporting.words import (
     agree,
@@ -388,7 +388,11 @@ def _passed_by(result: DriveResult) -> list[str]:
     if result.trend is None:
         return []
     limited = {limit.key for limit in result.drive.limits}
-    return [key for key, one in result.trend.figures.items() if key in limited and off_course(one)]
+    return [
+        key
+        for key, course in result.trend.figures.items()
+        if key in limited and passed_by(key, course, result.tests)
+    ]
 
 
 def _missed(result: DriveResult) -> list[str]:
@@ -397,5 +401,9 @@ def _missed(result: DriveResult) -> list[str]:
         return []
     limited, last = {limit.key for limit in result.drive.limits}, len(result.tests) - 1
     missed = [one.key for one in result.trend.not_reproduced if last in one.tests]
-    missed += [key for key, course in result.trend.figures.items() if last in off_course(course)]
+    missed += [
+        key
+        for key, course in result.trend.figures.items()
+        if last in passed_by(key, course, result.tests)
+    ]
     return [key for key in dict.fromkeys(missed) if key in limited]

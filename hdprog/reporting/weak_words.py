@@ -65,6 +65,13 @@ def prior_driven(test: TestResult, key: str) -> bool:
     return _half_width(levels) > _NARROW * abs(levels[0.50])
 
 
+def left_to_prior(test: TestResult, key: str) -> bool:
+    """Whether a record does not fix a figure: where it is prior-driven, or preload out of reach."""
+    state = test.identification
+    out_of_reach = key == "preload_Nm" and state is not None and not_reached(state)
+    return out_of_reach or prior_driven(test, key)
+
+
 def moved_by_angle(test: TestResult) -> list[str]:
     """Parameters and figures that the other tooth angle moves by more than their interval hides."""
     other = test.other_tooth_angle

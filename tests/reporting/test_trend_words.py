@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import pytest
 
-from hdprog.config import ReportSettings
+from hdprog.config import Limit, ReportSettings
 from hdprog.reporting.json_of_trend import trend_json
 from hdprog.reporting.reader_units import shown_in
 from hdprog.reporting.trend_words import off_course, trend_warnings
 from hdprog.reporting.verdict import verdict
-from hdprog.results import DriveResult, NotReproduced, SuddenEffect
+from hdprog.results import LEVELS, DriveResult, NotReproduced, Sensitivity, SuddenEffect
 from tests.reporting.drives import wearing
+from tests.reporting.test_weak_words import SETTLED
 
 FOUND = NotReproduced(
     "hysteresis_width_arcmin", (0, 1), 1, (0.412, 0.44, 0.468), (0.52, 0.561, 0.602)
@@ -71,6 +72,34 @@ def test_tests_that_the_course_passes_by_are_named() -> None:
     (said,) = [text for text in trend_warnings(trend, result.tests) if "passes by" in text]
     assert "passes by test t03" in said
     assert "do not rely on the forecast of lost motion" in said
+
+
+def test_a_test_whose_record_leaves_the_figure_to_the_prior_is_not_passed_by() -> None:
+    """A preload that the record did not tell was said to have come at once."""
+    result = passing_by()
+    assert result.trend is not None
+    (key,) = result.trend.figures
+    course = result.trend.figures[key]
+    wide = dict(zip(LEVELS, (1.0, 1.3, 1.5, 1.7, 2.0), strict=True))
+
+    def told(index: int, figure: str, **known: object) -> tuple[bool, bool]:
+        tests = list(result.tests)
+        changed = replace(tests[index], **known)  # type: ignore[arg-type]
+        tests[index] = replace(changed, figures={**changed.figures, figure: wide})
+        trend = replace(result.trend, figures={figure: course})
+        drive = replace(result.drive, limits=(Limit(figure, 1.0, "above"),))
+        other = replace(result, drive=drive, tests=tuple(tests), trend=trend)
+        warned = any("passes by" in text for text in trend_warnings(trend, tests))
+        return warned, any("passes by" in text for text in verdict(other).sentences)
+
+    leans, rests = Sensitivity(0.26, 0.11, "shared"), Sensitivity(0.02, 0.5, "record")
+    beyond = replace(SETTLED, beyond_record=0.998)
+    assert told(2, key, sensitivity={key: rests}) == (True, True)
+    assert told(2, key, sensitivity={key: leans}) == (False, False)
+    assert told(1, key, sensitivity={key: leans}) == (True, True)  # of another test
+    assert told(2, key, identification=beyond) == (True, True)  # which is of the preload alone
+    assert told(2, "preload_Nm", identification=beyond) == (False, False)
+    assert told(2, "preload_Nm", identification=SETTLED) == (True, True)
 
 
 def test_an_effect_that_came_at_once_is_told_with_its_tests_hours_and_what_to_do() -> None:
