@@ -18,7 +18,7 @@ from hdprog.reporting.backtest_json import backtest_json
 from hdprog.reporting.backtest_words import late_words, verdict
 from hdprog.reporting.figures.backtest_coverage import CoverageRow, coverage
 from hdprog.reporting.figures.backtest_intervals import _passed
-from hdprog.reporting.sections.backtest import accuracies, method
+from hdprog.reporting.sections.backtest import accuracies, by_drive, by_known, method
 from hdprog.results import Provenance
 from tests.reporting.page import Page, spaced
 from tests.reporting.test_picture_data import read
@@ -106,6 +106,13 @@ def test_a_share_that_is_not_the_intervals_own_has_its_reason() -> None:
     score = replace(past.origins[0].crossings[0], own_probability={0.5: 0.5, 0.9: 0.95})
     past = replace(past, origins=(replace(past.origins[0], crossings=(score,)),))
     assert "95 % should, as intervals that run past what was seen hold more" in words(past)
+    # With the same digits in the tables, which had "1, should be 0.9".
+    for table in (by_drive(result(past)), by_known(result(past))):
+        cells = [
+            spaced(str(cell)) for group in table.groups for row in group.rows for cell in row.cells
+        ]
+        assert "1 of 1, 95 % should" in cells
+        assert "1 of 1, 50 % should" in cells
 
 
 def test_lateness_in_words() -> None:

@@ -13,6 +13,7 @@ from hdprog.results import FleetShare, Shrinkage, SteadyShare
 from hdprog.trend.joint_refit import Met
 from hdprog.trend.summary import _exactness
 from tests.reporting import drives
+from tests.reporting.page import spaced
 
 
 def caption(steady: SteadyShare | None) -> str:
@@ -28,6 +29,10 @@ def caption(steady: SteadyShare | None) -> str:
 def test_the_chance_of_a_steady_pace_is_told_before_and_after_the_drives_own_tests() -> None:
     said = caption(SteadyShare(3, 0.875, 0.62))
     assert said.index("88") < said.index("62")
+    assert spaced(said).endswith(
+        "The fleet gives this drive's pace a chance of 88 % to be steady; with the drive's own "
+        "tests the chance is 62 %. Where it is not steady, it wanders like that of any drive."
+    )
     assert "of them tell" not in said
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from hdprog.forecast.backtest import ALPHA, CrossingScore, FigureScore
 from hdprog.forecast.backtest_pool import (
     BacktestResult,
+    Coverage,
     CrossingCourse,
     crossing_coverage,
     figure_skills,
@@ -110,11 +111,16 @@ def _score_cells(scores: Sequence[CrossingScore]) -> tuple[str, ...]:
         return ("0", _NONE, _NONE, _NONE, _NONE)
     return (
         str(wide.count),
-        f"{wide.held}, should be {wide.expected * wide.count:.1f}",
-        f"{narrow.held}, should be {narrow.expected * narrow.count:.1f}",
+        _held(wide),
+        _held(narrow),
         hours(float(np.mean([score.crps_hours for score in scores]))),
         significant(float(np.mean([score.log_score for score in scores]))),
     )
+
+
+def _held(found: Coverage) -> str:
+    """Count, and the share that should hold with the digits that the verdict has."""
+    return f"{found.held} of {found.count}, {share_words(found.expected)} should"
 
 
 def coverages(rows: Sequence[CoverageRow]) -> Table:

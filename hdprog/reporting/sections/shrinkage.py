@@ -54,7 +54,7 @@ def _steady(found: SteadyShare | None, many: int) -> str:
         told = f" Only {found.told} of them {agree(found.told, 'tells', 'tell')} of it."
     return (
         "A pace is steady where wear follows a power of the hours and nothing else, neither now "
-        f"nor past the last test. By the fleet this drive's is with a chance of "
-        f"{percent(found.fleet)}, after its own tests of {percent(found.own)}; its random change "
-        "is then zero, and else as any drive's wanders." + told
+        f"nor past the last test. The fleet gives this drive's pace a chance of "
+        f"{percent(found.fleet)} to be steady; with the drive's own tests the chance is "
+        f"{percent(found.own)}. Where it is not steady, it wanders like that of any drive." + told
     )
