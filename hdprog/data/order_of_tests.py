@@ -24,21 +24,27 @@ def order_doubts(tests: Sequence[DriveTest]) -> Mapping[str, str]:
     Returns
     -------
     mapping of str to str
-        Name of a test → what contradicts it, in words. A test that contradicts several others is
-        told of once.
+        Name of the first such test → what contradicts it, in words, and how many more there are. A
+        test that contradicts several others counts once.
     """
     dated = [(test, test.date) for test in tests if test.date is not None]
     told: set[str] = set()
-    found: dict[str, str] = {}
+    found: list[tuple[str, str]] = []
     for number, (test, date) in enumerate(dated):
         for other, later in reversed(dated[:number]):
             if later <= date or other.service_hours == test.service_hours:
                 continue
             if other.test_id not in told:
-                found[test.test_id] = _words(test, date, other, later)
+                found.append((test.test_id, _words(test, date, other, later)))
             told.add(other.test_id)
             break
-    return found or ({} if dated else _by_rows(tests))
+    if not found:
+        return {} if dated else _by_rows(tests)
+    (name, words), more = found[0], len(found) - 1
+    if more:
+        them = "one more test" if more == 1 else f"{more} more tests"
+        words += f" Dates and service hours disagree at {them} in the same way."
+    return {name: words}
 
 
 def _by_rows(tests: Sequence[DriveTest]) -> Mapping[str, str]:

@@ -427,8 +427,8 @@ def _date(path: Path, row: int, text: str) -> datetime.date | None:
 
 
 def _event(path: Path, row: int, text: str) -> str | None:
-    if not text or text in EVENTS:
-        return text or None
+    if not text or text.casefold() in EVENTS:
+        return text.casefold() or None
     raise _error(
         path,
         row,

@@ -169,6 +169,12 @@ def test_rows_that_are_wrong(folder: Path, row: str, words: str) -> None:
     assert words in message
 
 
+@pytest.mark.parametrize("typed", ["regreased", "Regreased", "REGREASED"])
+def test_an_event_is_read_in_any_case(folder: Path, typed: str) -> None:
+    write(folder / "tests.csv", "\n".join([HEADER, ROWS[1], f"t03,loops/a.csv,5,,,,{typed},,"]))
+    assert "regreased" in [test.event for test in read_drive_folder(folder).tests]
+
+
 @pytest.mark.parametrize("mark", ['"5 mm shim', '"5"" shim, new', '#,"'])
 @pytest.mark.parametrize("closing", ["", '"greased"', 'replaced"'])
 def test_a_quotation_that_swallows_tests_is_refused(folder: Path, mark: str, closing: str) -> None:

@@ -48,6 +48,23 @@ def test_contradictions_are_found(rows: list[tuple], doubtful: dict[str, str]) -
 
 
 @pytest.mark.parametrize(
+    ("count", "more"),
+    [
+        (2, None),
+        (3, "disagree at one more test in the same way."),
+        (10, "disagree at 8 more tests in the same way."),
+    ],
+)
+def test_dates_in_reverse_are_told_once(count: int, more: str | None) -> None:
+    """Ten tests had nine long warnings."""
+    tests = [made(f"t{n}", 100.0 * n, f"2025-01-{30 - n:02}") for n in range(count)]
+    ((name, said),) = order_doubts(tests).items()
+    assert name == "t1"
+    assert said.startswith("By its date, test t1 (2025-01-29, 100 h) comes before test t0 (")
+    assert "same way" not in said if more is None else said.endswith(more)
+
+
+@pytest.mark.parametrize(
     ("rows", "told"),
     [
         ("a,0, b,610, c,11800, d,1830", "test d (1830 h) stands below test c (11800 h)"),
