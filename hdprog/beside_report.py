@@ -16,6 +16,32 @@ _BESIDE = {
 }
 
 
+_OF_A_DRIVE = ("drive.toml", "tests.csv")
+
+
+def require_no_drive_files(folder: Path, where: str) -> None:
+    """Refuse to write results among the files of a drive, where they pass for records of it.
+
+    Parameters
+    ----------
+    folder : to write to
+    where : the folder as the user gave it, for the message
+
+    Raises
+    ------
+    BadInputError
+        When the folder holds a drive's settings or its list of tests.
+    """
+    for name in _OF_A_DRIVE:
+        if (folder / name).exists():
+            raise BadInputError(
+                f"the {name} of a drive, among whose own files the results would lie",
+                where,
+                "a new folder, or one with earlier results",
+                "Give another folder with --out DIR.",
+            )
+
+
 def require_no_other_report(folder: Path, beside: str, where: str | None = None) -> None:
     """Refuse to replace a report.html that belongs to results of another kind.
 

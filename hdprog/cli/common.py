@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import typer
 
 from hdprog.atomic import can_write_into
-from hdprog.beside_report import require_no_other_report
+from hdprog.beside_report import require_no_drive_files, require_no_other_report
 from hdprog.cli.exits import ExitCode
 from hdprog.errors import UsageError
 
@@ -66,7 +66,8 @@ def output_folder(
         When a file or a link to nothing lies where the folder or one above it should be, nothing
         can be written there, or a PDF cannot be made here.
     BadInputError
-        When the folder holds the results of another command, whose report would be lost.
+        When the folder is a drive's own, or holds the results of another command, whose report
+        would be lost.
     """
     if pdf:
         from hdprog.reporting.pdf import require_pdf
@@ -85,6 +86,7 @@ def output_folder(
             "can. Give another folder with --out DIR."
         )
     if beside is not None:
+        require_no_drive_files(folder, f"--out {folder}")
         require_no_other_report(folder, beside, f"--out {folder}")
     return folder
 

@@ -168,6 +168,22 @@ def test_out_that_is_a_file_is_refused_before_the_work(
     assert (tmp_path / "taken").read_text(encoding="utf-8") == "mine"
 
 
+@pytest.mark.parametrize("lies", ["drive.toml", "tests.csv"])
+@pytest.mark.parametrize("asked", [("fit", "loop.csv"), ("run", "mine"), ("backtest", "mine")])
+def test_results_are_not_written_among_the_files_of_a_drive(
+    invoke: Invoke, workflow: Workflow, tmp_path: Path, lies: str, asked: tuple[str, ...]
+) -> None:
+    """They were, without a word."""
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / lies).touch()
+    shown = invoke(*asked, "--out", "mine")
+    assert shown.exit_code == 3
+    assert f"--out mine: found the {lies} of a drive" in shown.stderr
+    assert "Give another folder with --out DIR." in shown.stderr
+    assert workflow.calls == []
+    assert [file.name for file in (tmp_path / "mine").iterdir()] == [lies]
+
+
 def test_out_that_is_a_link_to_nothing_is_refused_before_the_work(
     invoke: Invoke, workflow: Workflow, tmp_path: Path
 ) -> None:
