@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from hdprog.errors import UsageError
+from hdprog.extras import install_words
 
 
 @contextmanager
@@ -28,7 +29,7 @@ def dask_client(address: str) -> Iterator[Any]:
     except ModuleNotFoundError as error:
         raise UsageError(
             "--dask: found an address and no Dask, expected the package distributed. Install it: "
-            "pip install 'hdprog[dask]'"
+            + install_words("dask")
         ) from error
     try:
         _require_host_and_port(address)

@@ -11,6 +11,7 @@ import typer
 
 from hdprog.cli.common import nearest_folder
 from hdprog.errors import UsageError
+from hdprog.extras import install_words
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -72,7 +73,7 @@ def needs_web(command: Callable[_P, _R]) -> Callable[_P, _R]:
                 raise
             raise UsageError(
                 f"found no package {error.name}; expected the packages of the upload service. "
-                "Install them: pip install 'hdprog[web]'"
+                f"Install them: {install_words('web')}"
             ) from error
 
     return guarded

@@ -17,6 +17,7 @@ from hdprog.data.columns import find_columns, find_selection
 from hdprog.data.numbers import may_hold_thousands
 from hdprog.data.row_parser import Block, Layout, RowParser, is_comment, no_data
 from hdprog.errors import BadInputError
+from hdprog.extras import install_words
 
 if TYPE_CHECKING:
     from openpyxl.workbook import Workbook
@@ -130,7 +131,7 @@ def _open(path: Path) -> Workbook:
             "an Excel workbook, and no openpyxl to read it with",
             path.name,
             "the package openpyxl to be installed",
-            "Run `pip install 'hdprog[excel]'`, or save the sheet as CSV.",
+            f"Save the sheet as CSV, or install it: {install_words('excel')}",
         ) from error
     from openpyxl.utils.exceptions import InvalidFileException
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from hdprog.atomic import atomic_write_bytes
 from hdprog.errors import UsageError
+from hdprog.extras import install_words
 
 
 def require_pdf() -> None:
@@ -23,8 +24,8 @@ def require_pdf() -> None:
     except (ImportError, OSError) as error:
         raise UsageError(
             f"--pdf: found no WeasyPrint that works ({error}), expected the package and the Pango "
-            "library. Install them: pip install 'hdprog[pdf]', and apt install libpango-1.0-0 "
-            "libpangoft2-1.0-0 on Debian."
+            f"library. Install them: {install_words('pdf')}, and on Debian, apt install "
+            "libpango-1.0-0 libpangoft2-1.0-0"
         ) from error
 
 

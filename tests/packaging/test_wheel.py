@@ -98,4 +98,4 @@ def test_without_its_packages_the_upload_page_says_what_to_install(tmp_path: Pat
         [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
     )
     assert done.returncode == 2
-    assert "pip install 'hdprog[web]'" in done.stderr
+    assert f"{sys.executable} -m pip install -c constraints.txt '.[web]'" in done.stderr
