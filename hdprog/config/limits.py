@@ -124,7 +124,9 @@ def require_rated_torque(quantity: str, rated: float | None, where: str) -> None
 
 
 def refuse_contradictions(limits: Sequence[Limit], where: str) -> None:
-    """Refuse limits twice on the same side, and two that every drive is past from the start.
+    """Refuse a limit that is there twice, and two that every drive is past from the start.
+
+    Two on one side, an alarm and a stop say, are two limits.
 
     Parameters
     ----------
@@ -136,21 +138,25 @@ def refuse_contradictions(limits: Sequence[Limit], where: str) -> None:
     BadInputError
         for such limits
     """
-    thresholds: dict[tuple[str, str], float] = {}
+    seen: set[tuple[str, str, float]] = set()
+    lowest: dict[str, float] = {}
     for limit in limits:
-        if (limit.key, limit.direction) in thresholds:
+        same = (limit.key, limit.direction, limit.threshold)
+        if same in seen:
             raise BadInputError(
-                f"two limits on {limit.key}, both {limit.direction}",
+                f"two limits on {limit.key}, both {limit.direction} = {limit.threshold:g}",
                 where,
-                "one limit a quantity and direction",
+                "limits that differ",
                 "Remove one of them.",
             )
-        thresholds[limit.key, limit.direction] = limit.threshold
-    for (key, direction), threshold in thresholds.items():
-        highest = thresholds.get((key, "above"), math.inf)
-        if direction == "below" and threshold >= highest:
+        seen.add(same)
+        if limit.direction == "above":
+            lowest[limit.key] = min(lowest.get(limit.key, math.inf), limit.threshold)
+    for limit in limits:
+        above = lowest.get(limit.key, math.inf)
+        if limit.direction == "below" and limit.threshold >= above:
             raise BadInputError(
-                f"limits on {key}, above = {highest:g} and below = {threshold:g}",
+                f"limits on {limit.key}, above = {above:g} and below = {limit.threshold:g}",
                 where,
                 "room between the two: above and below name the sides that are past the limit",
                 "Exchange above and below, or correct the numbers.",

@@ -32,8 +32,9 @@ def read_truth(path: Path, drive: Drive) -> Truth | None:
 
     Parameters
     ----------
-    path : truth.json, with `crossing_hours` by the limit's key, or `limits` of which each has its
-        own; null is a limit that is not crossed by the file's `horizon_hours`
+    path : truth.json, with `crossing_hours` by the limit's key (which tells nothing of two limits
+        on one side of a figure), or `limits` of which each has its own; null is a limit that is not
+        crossed by the file's `horizon_hours`
     drive : its limits and horizon
 
     Raises
@@ -46,7 +47,7 @@ def read_truth(path: Path, drive: Drive) -> Truth | None:
     try:
         content = json.loads(path.read_text("utf-8"))
         until = float(content.get("horizon_hours", drive.forecast.horizon_hours))
-        crossings = {limit: _true_hours(limit, content) for limit in drive.limits}
+        crossings = {limit: _true_hours(limit, content, drive) for limit in drive.limits}
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise BadInputError(
             "no crossing hours that can be read",
@@ -58,7 +59,7 @@ def read_truth(path: Path, drive: Drive) -> Truth | None:
     return Truth(known, until) if known else None
 
 
-def _true_hours(limit: Limit, content: Mapping[str, Any]) -> float | None:
+def _true_hours(limit: Limit, content: Mapping[str, Any], drive: Drive) -> float | None:
     """Hour of a limit's true crossing, infinite if never; None where the file is silent."""
     for entry in content.get("limits", ()):
         at = entry.get("at_torque_Nm")
@@ -68,7 +69,9 @@ def _true_hours(limit: Limit, content: Mapping[str, Any]) -> float | None:
         ):
             return _hours(entry["crossing_hours"])
     by_key = content.get("crossing_hours", {})
-    if "limits" not in content and limit.key in by_key:
+    sides = [(one.key, one.direction) for one in drive.limits]
+    alone = sides.count((limit.key, limit.direction)) == 1
+    if "limits" not in content and alone and limit.key in by_key:
         return _hours(by_key[limit.key])
     return None
 

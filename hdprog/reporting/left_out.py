@@ -14,7 +14,7 @@ from hdprog.explanation import UNKNOWN, DriveExplanation, Explanation, Origin
 from hdprog.physics.effects import BY_ID
 from hdprog.reporting.effect_words import effect_name, effect_said_before
 from hdprog.reporting.present import standing, value_words
-from hdprog.reporting.words import agree, capital, listed, quantity
+from hdprog.reporting.words import agree, capital, listed, quantity, threshold_words
 from hdprog.results import DriveResult, TestResult, since_replaced
 
 _HALF = 0.5  # of the 90 % interval without the effect: less is not worth a word
@@ -121,4 +121,7 @@ def _matters(test: TestResult, key: str) -> bool:
 def _told(test: TestResult, limit: Limit) -> str:
     levels = test.figures_with_effects[limit.key]
     name, value = quantity(limit.key).name, value_words(levels, limit.key)
-    return f"{name} is {value}, {standing(levels, limit)} its limit"
+    its = "its limit"
+    if [one.key for one in test.drive.limits].count(limit.key) > 1:
+        its = f"the limit {limit.direction} {threshold_words(limit.key, limit.threshold)}"
+    return f"{name} is {value}, {standing(levels, limit)} {its}"

@@ -121,7 +121,17 @@ def test_defaults() -> None:
         (lambda c: c["limits"][0].update(at_torque_Nm=5), "Remove at_torque_Nm"),
         (lambda c: c["limits"][0].update(quantity="lost_motion"), "Did you mean lost_motion_arc"),
         (lambda c: c["drive"].pop("rated_torque_Nm"), "Add rated_torque_Nm"),
-        (lambda c: c["limits"].append(c["limits"][0]), "two limits on lost_motion_arcmin"),
+        (
+            lambda c: c["limits"].append(c["limits"][0]),
+            "two limits on lost_motion_arcmin, both above = 2; expected limits that differ",
+        ),
+        (
+            lambda c: c["limits"].extend(
+                {"quantity": "lost_motion_arcmin", side: at}
+                for side, at in (("above", 5.0), ("below", 2.5))
+            ),
+            "above = 2 and below = 2.5; expected room between",
+        ),
         (
             lambda c: c["limits"].append({"quantity": "lost_motion_arcmin", "below": 2.5}),
             "above = 2 and below = 2.5; expected room between.*Exchange above and below",

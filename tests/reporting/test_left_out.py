@@ -50,6 +50,16 @@ def test_a_drive_whose_play_may_be_wear_is_told_with_it() -> None:
     assert said(with_play(of_drive("unclear"), 0.5))[0].endswith("inside its limit.")
 
 
+def test_with_an_alarm_and_a_stop_each_limit_is_named() -> None:
+    result = with_play(of_drive("unclear"), 1.3)
+    (alarm,) = [one for one in result.drive.limits if one.quantity == "lost_motion_arcmin"]
+    drive = replace(result.drive, limits=(alarm, replace(alarm, threshold=5.0)))
+    tests = tuple(replace(test, drive=drive) for test in result.tests)
+    (found,) = said(replace(result, drive=drive, tests=tests))
+    assert "past the limit above 2 arcmin and lost motion is " in found
+    assert found.endswith("inside the limit above 5 arcmin.")
+
+
 @pytest.mark.parametrize(
     "result",
     [

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 from hdprog.config import Limit
 from hdprog.reporting import outlook
 from hdprog.reporting.figures.remaining_life import remaining_life
 from hdprog.reporting.figures.trend_fan import trend_fan
+from hdprog.reporting.picture_data import file_name
 from hdprog.reporting.style import Picture
 from hdprog.results import DriveResult
 
@@ -31,7 +35,7 @@ def trend_pictures(result: DriveResult) -> list[tuple[Limit, Picture]]:
     main = outlook.overall(result.forecasts)
     if result.trend is None or main is None:
         return []
-    return [
+    drawn = [
         (
             forecast.limit,
             trend_fan(
@@ -46,3 +50,16 @@ def trend_pictures(result: DriveResult) -> list[tuple[Limit, Picture]]:
         for forecast in result.forecasts
         if forecast.limit is not None and forecast.limit.key in result.trend.figures
     ]
+    return _named_apart(drawn)
+
+
+def _named_apart(drawn: Sequence[tuple[Limit, Picture]]) -> list[tuple[Limit, Picture]]:
+    """Give the files of a figure with several limits names of their own."""
+    keys, apart = [limit.key for limit, _ in drawn], []
+    for limit, found in drawn:
+        data = found.data
+        if data is not None and keys.count(limit.key) > 1:
+            name = f"trend-{limit.key}-{limit.direction}-{limit.threshold:.9g}"
+            found = replace(found, data=replace(data, file=file_name(name)))
+        apart.append((limit, found))
+    return apart

@@ -17,6 +17,7 @@ from hdprog.forecast.backtest_pool import (
 )
 from hdprog.reporting.backtest_words import crossings, late_words, range_words, share_words
 from hdprog.reporting.figures.backtest_coverage import CoverageRow
+from hdprog.reporting.outlook import limit_words
 from hdprog.reporting.rounding import hours, share, significant
 from hdprog.reporting.sections.method import Passage
 from hdprog.reporting.sections.table import Row, Table
@@ -42,8 +43,8 @@ def warnings(result: BacktestResult) -> list[str]:
         for key in dict.fromkeys(key for origin in drive.origins for key in origin.passed):
             count = sum(key in origin.passed for origin in drive.origins)
             found.append(
-                f"{name}{capital(quantity(key).name)} had passed its limit at "
-                f"{counted(count, 'test')}; nothing was left to forecast there."
+                f"{name}{capital(quantity(key).name)} had passed a limit at "
+                f"{counted(count, 'test')}; nothing was left to forecast of that limit there."
             )
     if result.provenance.quick:
         found.append(QUICK_RUN)
@@ -155,8 +156,13 @@ def accuracies(courses: Sequence[CrossingCourse], *, fleet: bool) -> Table:
     fleet : whether there are other drives, so that each crossing is said to be whose
     """
     rows = []
+    limits = dict.fromkeys(score.limit for course in courses for score in course.scores)
+    keys = [limit.key for limit in limits]
     for course in courses:
-        name = capital(quantity(course.key).name)
+        name = quantity(course.key).name
+        if keys.count(course.key) > 1:
+            name = limit_words(course.scores[0].limit)
+        name = capital(name)
         horizon = course.prognostic_horizon
         rows.append(
             Row(
