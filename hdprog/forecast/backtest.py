@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from hdprog.forecast.scores import (
 )
 from hdprog.forecast.what_came import (
     SeenTest,
+    passed_between,
     straight_line,
     until_intervention,
     what_came,
@@ -70,6 +71,7 @@ class CrossingScore:
     late_hours : forecast median less the crossing; None where either was not seen
     within_alpha : `alpha_lambda`, None where the crossing was not seen
     accuracy : relative accuracy of the forecast median, None where either was not seen
+    passed_between : hours of the tests between which the limit was passed, where these tell of it
     """
 
     limit: Limit
@@ -86,6 +88,15 @@ class CrossingScore:
     late_hours: float | None
     within_alpha: float | None
     accuracy: float | None
+    passed_between: tuple[float, float] | None = None
+
+    @property
+    def within_tests(self) -> bool:
+        """Whether the forecast median lies between the tests that do not tell it early or late."""
+        if self.passed_between is None or self.late_hours is None:
+            return False
+        first, last = self.passed_between
+        return first <= self.crossed_at + self.late_hours <= last
 
     @property
     def crossing_seen(self) -> bool:
@@ -192,9 +203,11 @@ def score_origin(
             margin = margins(limit, paths, prior, operation)
             # Origins past the limit are not scored, so that it is known of this one that it is not.
             crossing = first_crossing(hours, [margin], survived_so_far=True)
-            crossings.append(
-                score_crossing(limit, crossing, crossed_at, end, from_truth, rng.uniform(), horizon)
+            score = score_crossing(
+                limit, crossing, crossed_at, end, from_truth, rng.uniform(), horizon
             )
+            between = None if from_truth else passed_between(limit, origin, later)
+            crossings.append(replace(score, passed_between=between))
     earlier = since_replaced(seen[: len(evidence)])
     figures = _score_figures(trend, paths, earlier, later, drive, operation, rng)
     return OriginScores(

@@ -210,6 +210,46 @@ def lateness(drives: Sequence[DriveScores], known: int = 1) -> float | None:
     return float(np.quantile(errors, 0.5, method="inverted_cdf")) if errors else None
 
 
+@dataclass(frozen=True)
+class Lateness:
+    """How late a forecast's even odds came, as far as what came tells.
+
+    Attributes
+    ----------
+    share : error over the remaining life; above zero is late, infinite past the horizon
+    within_tests : the even odds lie between the tests between which the limit was passed, so that
+        they are not known to be early or late
+    """
+
+    share: float
+    within_tests: bool
+
+
+def known_lateness(drives: Sequence[DriveScores], known: int = 1) -> Lateness | None:
+    """Find the middle forecast of those that came early, between the tests, and late.
+
+    As `lateness`, where forecasts between the tests count as neither. None without a crossing that
+    was seen.
+
+    Parameters
+    ----------
+    drives : scored
+    known : fewest tests that a forecast rests on, to be counted
+    """
+    found = []
+    for drive in drives:
+        for origin in drive.origins:
+            for score in origin.crossings:
+                if not score.crossing_seen or origin.known < known:
+                    continue
+                late = score.late_hours
+                life = score.crossed_at - origin.service_hours
+                share = math.inf if late is None else late / life
+                found.append(Lateness(share, score.within_tests))
+    found.sort(key=lambda one: 0.0 if one.within_tests else one.share)
+    return found[(len(found) - 1) // 2] if found else None
+
+
 def figure_skills(scores: Sequence[FigureScore]) -> tuple[FigureSkill, ...]:
     """Skill of each figure, in the order of the scores."""
     skills = []

@@ -65,13 +65,33 @@ def until_intervention(tests: Sequence[SeenTest]) -> tuple[SeenTest, ...]:
 def first_passing(hours: Sequence[float], values: Sequence[float], limit: Limit) -> float:
     """Hour at which straight lines between points first pass a limit; infinite if they do not."""
     left = room(limit, np.asarray(values, dtype=float))
-    if left[0] <= 0:
+    index = _first_past(left)
+    if index is None:
+        return math.inf
+    if index == 0:
         return float(hours[0])
-    for index in range(1, left.size):
-        if left[index] <= 0:
-            share = left[index - 1] / (left[index - 1] - left[index])
-            return float(hours[index - 1] + share * (hours[index] - hours[index - 1]))
-    return math.inf
+    share = left[index - 1] / (left[index - 1] - left[index])
+    return float(hours[index - 1] + share * (hours[index] - hours[index - 1]))
+
+
+def _first_past(left: FloatArray) -> int | None:
+    past = np.flatnonzero(left <= 0)
+    return int(past[0]) if past.size else None
+
+
+def passed_between(
+    limit: Limit, origin: SeenTest, later: Sequence[SeenTest]
+) -> tuple[float, float] | None:
+    """Service hours of the two tests between which a figure passed a limit.
+
+    That is all that tests tell of the hour: `first_passing` comes before it where wear speeds up,
+    and after it where wear slows down. None where the limit was not passed after the origin.
+    """
+    course = [origin, *later]
+    index = _first_past(room(limit, np.array([test.median(limit.key) for test in course])))
+    if not index:
+        return None
+    return course[index - 1].service_hours, course[index].service_hours
 
 
 def straight_line(hours: Sequence[float], values: Sequence[float], at: float) -> float:

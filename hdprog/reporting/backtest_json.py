@@ -167,6 +167,7 @@ def _crossing(score: CrossingScore) -> dict[str, Any]:
         "crossed_at_hours": number(score.crossed_at),
         "seen_until_hours": score.seen_until,
         "from_truth": score.from_truth,
+        "passed_between_hours": None if score.passed_between is None else [*score.passed_between],
         **_intervals(score.held),
         "own_probability_50": score.own_probability[0.5],
         "own_probability_90": score.own_probability[0.9],

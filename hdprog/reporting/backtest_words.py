@@ -12,11 +12,12 @@ from hdprog.forecast.backtest_pool import (
     BacktestResult,
     Coverage,
     DriveScores,
+    Lateness,
     crossing_coverage,
     distinct_crossings,
     figure_coverage,
     figure_skills,
-    lateness,
+    known_lateness,
 )
 from hdprog.reporting.rounding import hours, percent, share, significant
 from hdprog.reporting.verdict import Status, Verdict
@@ -129,28 +130,35 @@ def _should(found: Coverage) -> str:
     return f"{should}, as intervals that run past what was seen hold more than their name says"
 
 
-def late_words(late: float | None) -> str:
-    """Typical lateness: "12 % late", "3 % early", "past the horizon"; an en dash for none."""
+def late_words(late: Lateness | None) -> str:
+    """Typical lateness: "12 % late", "3 % early", "past the horizon"; an en dash for none.
+
+    "Between its tests" where the tests of the crossing do not tell early from late.
+    """
     if late is None:
         return "\u2013"
-    if math.isinf(late):
+    if late.within_tests:
+        return "between its tests"
+    if math.isinf(late.share):
         return "past the horizon"
-    side = "late" if late > 0 else "early"
-    return "on time" if abs(late) < 0.005 else f"{share_words(abs(late))} {side}"
+    side = "late" if late.share > 0 else "early"
+    return "on time" if abs(late.share) < 0.005 else f"{share_words(abs(late.share))} {side}"
 
 
 def _late(result: BacktestResult) -> list[str]:
-    late = lateness(result.drives)
+    late = known_lateness(result.drives)
     if late is None:
         return []
-    informed = lateness(result.drives, known=KNOWN)
+    informed = known_lateness(result.drives, known=KNOWN)
     said = f"Typically the even odds came {_late_by(late)}"
-    if informed is not None and informed != late:
+    if informed is not None and _late_by(informed) != _late_by(late):
         said += f"; with {KNOWN} tests and more known, {_late_by(informed)}"
     return [said + "."]
 
 
-def _late_by(late: float) -> str:
+def _late_by(late: Lateness) -> str:
+    if late.within_tests:
+        return "between the two tests between which the limit was passed"
     words = late_words(late)
     number, _, side = words.rpartition(" ")
     return f"{number} of the remaining life {side}" if side in ("late", "early") else words

@@ -20,6 +20,7 @@ from hdprog.forecast.backtest_pool import (
     crossing_coverage,
     distinct_crossings,
     figure_skills,
+    known_lateness,
     lateness,
 )
 from hdprog.forecast.crossing import Crossing
@@ -27,6 +28,7 @@ from hdprog.forecast.limits import Margins
 from hdprog.forecast.what_came import (
     SeenTest,
     first_passing,
+    passed_between,
     seen_test,
     straight_line,
     until_intervention,
@@ -64,6 +66,26 @@ def test_lines_between_tests_tell_the_crossing() -> None:
     # Past the limit for one test only: the first passing counts, whatever comes then.
     assert first_passing(hours, [1.0, 3.0, 1.0], LOST) == pytest.approx(150.0)
     assert first_passing(hours, [20e3, 16e3, 8e3], SECANT) == pytest.approx(300.0)
+
+
+def test_tests_tell_between_which_of_them_a_limit_was_passed() -> None:
+    origin, later = a_test("a", 100, 1.0), [a_test("b", 200, 1.5), a_test("c", 400, 2.5)]
+    assert passed_between(LOST, origin, later) == (200, 400)
+    assert passed_between(LOST, origin, later[:1]) is None
+    assert passed_between(LOST, a_test("a", 100, 3.0), later) is None
+
+
+def test_the_typical_forecast_is_between_those_that_came_early_and_late() -> None:
+    """By the straight line two are late; the tests tell that of one alone."""
+    tests = {550.0: (520.0, 700.0), 620.0: (610.0, 700.0), 400.0: (350.0, 450.0)}
+    seen = [dataclasses.replace(score(at), passed_between=ends) for at, ends in tests.items()]
+    origins = tuple(
+        OriginScores(f"t{n}", 100.0, 0.0, 3, True, (one,), (), ()) for n, one in enumerate(seen)
+    )
+    found = known_lateness([DriveScores("d", "d", 5, 900.0, (), origins)])
+    assert found is not None
+    assert found.within_tests
+    assert found.share == pytest.approx(50.0 / 450.0)
 
 
 def test_the_straight_line() -> None:

@@ -11,14 +11,23 @@ import pytest
 
 from hdprog.config import Limit
 from hdprog.forecast.backtest import FigureScore, OriginScores, score_crossing
-from hdprog.forecast.backtest_pool import BacktestResult, Coverage, CrossingCourse, DriveScores
+from hdprog.forecast.backtest_pool import (
+    BacktestResult,
+    Coverage,
+    CrossingCourse,
+    DriveScores,
+    Lateness,
+    crossing_courses,
+)
 from hdprog.forecast.crossing import Crossing
 from hdprog.reporting.backtest import build_backtest_report
 from hdprog.reporting.backtest_json import backtest_json
 from hdprog.reporting.backtest_words import late_words, verdict
 from hdprog.reporting.figures.backtest_coverage import CoverageRow, coverage
-from hdprog.reporting.figures.backtest_intervals import _passed
+from hdprog.reporting.figures.backtest_intervals import _passed, forecast_intervals
 from hdprog.reporting.sections.backtest import accuracies, by_drive, by_known, method
+from hdprog.reporting.sections.table import Value
+from hdprog.reporting.style import house_style
 from hdprog.results import Provenance
 from tests.reporting.page import Page, spaced
 from tests.reporting.test_picture_data import read
@@ -116,13 +125,64 @@ def test_a_share_that_is_not_the_intervals_own_has_its_reason() -> None:
 
 
 def test_lateness_in_words() -> None:
-    assert [spaced(late_words(late)) for late in (0.12, -0.03, math.inf, 0.001, None)] == [
+    each = [Lateness(late, within_tests=False) for late in (0.12, -0.03, math.inf, 0.001)]
+    assert [spaced(late_words(late)) for late in (*each, None)] == [
         "12 % late",
         "3 % early",
         "past the horizon",
         "on time",
         "\u2013",
     ]
+    assert late_words(Lateness(0.12, within_tests=True)) == "between its tests"
+
+
+def test_a_forecast_between_the_tests_of_the_crossing_is_neither_early_nor_late() -> None:
+    """The crossing is read off a straight line, which wear that speeds up passes below."""
+    between = "Typically the even odds came between the two tests between which the limit was"
+    for crossed_at, told, cell in (
+        (420.0, between, "between its tests"),  # 80 h late by the straight line
+        (620.0, "19 % of the remaining life early", "120 h early"),
+    ):
+        exact = drive("d", crossed_at)
+        score = exact.origins[0].crossings[0]
+        seen = replace(score, from_truth=False, passed_between=(crossed_at - 20, crossed_at + 100))
+        found = replace(exact, origins=(replace(exact.origins[0], crossings=(seen,)),))
+        assert told in words(found)
+        assert between not in words(exact)
+        row = accuracies(crossing_courses([found]), fleet=False).groups[0].rows[0]
+        passed_at, last = row.cells[0], row.cells[-1]
+        assert isinstance(passed_at, Value)
+        assert spaced(passed_at.spread) == f"{crossed_at - 20:.0f} to {crossed_at + 100:.0f} h"
+        assert spaced(str(last)) == cell
+        # What is scored stays.
+        scored, again = (
+            backtest_json(result(one))["pooled"]["crossings"] for one in (exact, found)
+        )
+        assert scored == again
+        told_by = backtest_json(result(found))["drives"][0]["origins"][0]["forecasts"][0]
+        assert told_by["passed_between_hours"] == [crossed_at - 20, crossed_at + 100]
+    assert "Where wear speeds up, that is before" in method(result(found))[1].text
+
+
+@pytest.mark.parametrize(
+    ("crossed_at", "tests", "told"),
+    [
+        (380.0, (300.0, 390.0), "too late."),
+        (380.0, (300.0, 450.0), "by less than the tests tell."),
+        (640.0, (560.0, 700.0), "by less than the tests tell."),
+        (640.0, (620.0, 700.0), "too early."),
+    ],
+)
+def test_the_side_of_a_miss_is_told_where_the_tests_know_it(
+    crossed_at: float, tests: tuple[float, float], told: str
+) -> None:
+    made = drive("d", crossed_at)
+    score = replace(made.origins[0].crossings[0], from_truth=False, passed_between=tests)
+    made = replace(made, origins=(replace(made.origins[0], crossings=(score,)),))
+    with house_style():
+        found = forecast_intervals(made)
+    assert found is not None
+    assert spaced(found.alt) == f"1 forecast of d: it misses what came later, {told}"
 
 
 def test_the_report_draws_hits_and_misses() -> None:

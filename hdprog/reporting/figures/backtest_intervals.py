@@ -21,6 +21,7 @@ from hdprog.results import LEVELS
 Row = tuple[OriginScores, CrossingScore]
 _ROW = 0.25  # inches
 _ABOVE, _BELOW, _TOP = 0.42, 0.62, 0.42
+_BETWEEN = "by less than the tests tell"
 _LISTED = 2  # crossings of one limit that a title names
 _FARTHER = 2.2  # of the way from the first test to the last that came, which the axis shows
 
@@ -211,17 +212,27 @@ def _legend(drive: DriveScores) -> list[Line2D]:
 def _alt(drive: DriveScores) -> str:
     scores = drive.crossings
     missed = [score for score in scores if not score.held[0.9]]
-    early = sum(
-        (high := score.quantiles[0.95]) is not None
-        and high < min(score.crossed_at, score.seen_until)
-        for score in missed
-    )
+    sides = [_side(score) for score in missed]
     said = f"{capital(counted(len(scores), 'forecast'))} of {drive.name}: "
     if not missed:
         hold, whose = agree(len(scores), "it holds", "all hold"), agree(len(scores), "its", "their")
         return f"{said}{hold} what came later in {whose} 90 % interval."
     if len(missed) == 1:
         who = "it" if len(scores) == 1 else "1"
-        return f"{said}{who} misses what came later, too {'early' if early else 'late'}."
+        how = f"too {sides[0]}" if sides[0] else _BETWEEN
+        return f"{said}{who} misses what came later, {how}."
     said += f"{len(missed)} miss what came later"
-    return f"{said}, {early} of them too early and {len(missed) - early} too late."
+    early, late, between = (sides.count(side) for side in ("early", "late", ""))
+    rest = f", {between} {_BETWEEN}" if between else ""
+    return f"{said}, {early} of them too early and {late} too late{rest}."
+
+
+def _side(score: CrossingScore) -> str:
+    """On which side a 90 % interval missed what came; empty where the tests do not tell it."""
+    crossed_at = min(score.crossed_at, score.seen_until)
+    first, last = score.passed_between or (crossed_at, crossed_at)
+    low, high = score.quantiles[0.05], score.quantiles[0.95]
+    if high is not None and high < first:
+        return "early"
+    between = score.passed_between is not None and low is not None and low <= last
+    return "" if between else "late"

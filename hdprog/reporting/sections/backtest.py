@@ -13,14 +13,14 @@ from hdprog.forecast.backtest_pool import (
     CrossingCourse,
     crossing_coverage,
     figure_skills,
-    lateness,
+    known_lateness,
 )
 from hdprog.reporting.backtest_words import crossings, late_words, range_words, share_words
 from hdprog.reporting.figures.backtest_coverage import CoverageRow
 from hdprog.reporting.outlook import limit_words
-from hdprog.reporting.rounding import hours, share, significant
+from hdprog.reporting.rounding import hours, share, significant, without_unit
 from hdprog.reporting.sections.method import Passage
-from hdprog.reporting.sections.table import Row, Table
+from hdprog.reporting.sections.table import Cell, Row, Table, Value
 from hdprog.reporting.words import QUICK_RUN, capital, counted, listed, quantity, with_unit
 
 _NONE = "\u2013"
@@ -83,14 +83,16 @@ def by_drive(result: BacktestResult) -> Table:
                     str(drive.tests),
                     *_score_cells(drive.crossings),
                     str(seen),
-                    late_words(lateness([drive])),
+                    late_words(known_lateness([drive])),
                 ),
                 doubtful=not drive.converged,
             )
         )
     return Table.flat(
         "Forecasts of crossings by drive. Typically: the middle one of the errors of the median "
-        "forecasts, in parts of the remaining life.",
+        "forecasts, in parts of the remaining life; “between its tests” where that forecast lies "
+        "between the two tests between which the limit was passed, which do not tell early from "
+        "late.",
         (
             "drive",
             "tests",
@@ -168,7 +170,7 @@ def accuracies(courses: Sequence[CrossingCourse], *, fleet: bool) -> Table:
             Row(
                 f"{course.drive}: {name}" if fleet else name,
                 (
-                    hours(course.crossed_at),
+                    _passed_at(course),
                     str(len(course.scores)),
                     _NONE if horizon is None else f"{hours(horizon)} before",
                     _relative_accuracy(course),
@@ -177,7 +179,9 @@ def accuracies(courses: Sequence[CrossingCourse], *, fleet: bool) -> Table:
             )
         )
     return Table.flat(
-        "Each crossing that was seen. Prognostic horizon: from the first forecast with more than "
+        "Each crossing that was seen; where tests tell of it, below it the hours of the two "
+        "between which the limit was passed, in which a forecast is neither early nor late. "
+        "Prognostic horizon: from the first forecast with more than "
         f"even odds within {share(ALPHA)} of the remaining life. Cumulative relative accuracy: "
         "mean of 1 less the relative error of the remaining life, over the forecasts whose even "
         "odds came before the horizon (said where those are not all); 1 is exact, below 0 is an "
@@ -203,9 +207,20 @@ def _relative_accuracy(course: CrossingCourse) -> str:
     return significant(course.accuracy, 2) + of
 
 
+def _passed_at(course: CrossingCourse) -> Cell:
+    """Hour of the crossing; where tests tell of it, these two below it."""
+    between = course.scores[-1].passed_between
+    if between is None:
+        return hours(course.crossed_at)
+    first, last = map(hours, between)
+    return Value(f"about {hours(course.crossed_at)}", f"{without_unit(first)} to {last}")
+
+
 def _last(course: CrossingCourse) -> str:
     """How late the median of the last forecast was; one past the horizon has no number."""
     late = course.scores[-1].late_hours
+    if course.scores[-1].within_tests:
+        return "between its tests"
     if late is None:
         return "past the horizon"
     if abs(late) < 0.5:
@@ -261,7 +276,10 @@ def method(result: BacktestResult) -> list[Passage]:
     truth = sum(score.from_truth for score in scores)
     came = (
         "What came later is read off the later tests: the hour at which straight lines between "
-        "the medians of the figure, from the test of the forecast on, first pass the limit. "
+        "the medians of the figure, from the test of the forecast on, first pass the limit. Where "
+        "wear speeds up, that is before the limit was passed, and where it slows down after it, by "
+        "up to a good part of the time between the two tests; scores are by that hour all the "
+        "same. “Early” and “late” are said of forecasts before or after both tests only. "
         "Where they do not, the limit counts as not passed up to the last test, and scores look "
         "at the hours up to there only. What lies behind a test with an event (regreased, "
         "reassembled, replaced) is left out, as no earlier forecast could know of it."
