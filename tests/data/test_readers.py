@@ -391,7 +391,7 @@ def test_a_sheet_is_read_past_the_size_that_its_file_states(tmp_path: Path, size
 def test_excel_without_openpyxl_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "openpyxl", None)
     (tmp_path / "loop.xlsx").write_bytes(b"PK\x03\x04rest")
-    with pytest.raises(BadInputError, match=r"hdprog\[excel\]"):
+    with pytest.raises(BadInputError, match=r"-m pip install -c constraints.txt '\.\[excel\]'"):
         read_loop(tmp_path / "loop.xlsx")
 
 

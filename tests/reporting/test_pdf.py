@@ -71,5 +71,5 @@ def test_without_the_package_it_is_said_before_the_work(monkeypatch: pytest.Monk
         return real(name, *others, **more)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(UsageError, match=r"hdprog\[pdf\]"):
+    with pytest.raises(UsageError, match=r"-m pip install -c constraints.txt '\.\[pdf\]'"):
         require_pdf()
