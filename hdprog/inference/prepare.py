@@ -226,7 +226,7 @@ def _spikes(
     slope = np.interp(np.arange(len(loop)), reduced.position, slope)
     residual = loop.angle - _best_angle(likelihood.at_course(whole), start)
     step = float(np.median(slope * np.abs(np.gradient(loop.torque))))
-    return spikes(residual, reading_sd(slope, *noise), points, step)
+    return spikes(residual, reading_sd(slope, *noise), points, step, loop.torque)
 
 
 def _misfit(likelihood: LoopLikelihood, start: StartingPoint) -> float:

@@ -6,6 +6,9 @@ share is what makes the distances most likely (empirical Bayes; Efron, Large-Sca
 2010, ch. 5), and a reading is a spike where that is the likelier of the two. Where spikes are many
 a reading need not stand out as far as where it is the only one; on a record of n readings without
 any, one has to be so far out as happens by chance in about one record of a hundred.
+
+An error of a sensor does not come back at the same torque, as the few readings within a drive's
+play do at every passage: what stands out alike in other passes is kept.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.optimize import brentq
+from scipy.stats import poisson
 
 from hdprog.data.noise_level import SD_PER_MEDIAN
 from hdprog.physics.parameters import FloatArray
@@ -33,16 +37,24 @@ _LOCAL = 61  # readings over which the noise may differ
 _ROUGHER = 1.4  # times the usual: from there on it does
 _NEAR_REVERSAL = 2  # readings, where a corner that fell between two of them looks isolated
 _UNLIKE_OTHERS = 3.0  # times what stands out at most corners: no corner's doing
+_STEPS_ASIDE = 2.0  # of the torque between readings: what is no farther is at the same torque
+_LIKE_SIZE = 3.0  # ratio of two sizes up to which they may be one effect's
+_RECURS_BY_CHANCE = 0.03  # expected of a record's spikes: fewer, and it is no chance
 _LOG_ROOT_TWO_PI = np.log(np.sqrt(2 * np.pi))
 
 
 def spikes(
-    residual: FloatArray, sd: FloatArray, turning_points: NDArray[np.intp], step: float
+    residual: FloatArray,
+    sd: FloatArray,
+    turning_points: NDArray[np.intp],
+    step: float,
+    torque: FloatArray,
 ) -> NDArray[np.bool_]:
     """Isolated spikes in a residual: far outside what their neighbours show, on both sides.
 
     None are named where more than a tenth of the readings stand out. More than two in a row are
-    part of the record's course, but for those that adjoin by chance where spikes are many.
+    part of the record's course, but for those that adjoin by chance where spikes are many; so are
+    those that come back in other passes at the same torque, or at the opposite one the other way.
 
     Parameters
     ----------
@@ -50,6 +62,7 @@ def spikes(
     sd : (samples,) noise expected of each reading in rad, up to a common factor
     turning_points : indices of the first reading, reversals and the last reading
     step : usual move of the angle between readings in rad; a corner hides no more than that
+    torque : (samples,) in Nm
     """
     none = np.zeros(residual.size, dtype=bool)
     if residual.size < 4 * _SIDE:
@@ -61,6 +74,7 @@ def spikes(
         return none
     size = np.abs(out) / np.maximum(scale, _rougher(np.abs(out), scale))
     found, share = _far_out(np.where(alone, size, 0.0))
+    recurrent = _recurrent(found, np.sign(out) * size, torque, turning_points, share)
     inner = turning_points[1:-1]
     if inner.size:
         near = inner[:, None] + np.arange(-_NEAR_REVERSAL, _NEAR_REVERSAL + 1)
@@ -72,7 +86,7 @@ def spikes(
     while residual.size * share ** (longest + 1) > _CHANCE:
         longest += 1
     for start, end in pairwise(np.flatnonzero(np.diff(found, prepend=False, append=False))):
-        if found[start] and end - start > longest:
+        if found[start] and (end - start > longest or recurrent[start:end].any()):
             found[start:end] = False
     return found if found.mean() <= _MOST else none
 
@@ -101,6 +115,48 @@ def _from_neighbours(values: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]
     sides = np.stack([values - np.median(side, axis=1) for side in (before, behind)])
     alone = np.all(np.sign(out) * sides > _ON_EACH_SIDE * np.abs(out), axis=0)
     return out, np.asarray(alone)
+
+
+def _recurrent(
+    found: NDArray[np.bool_],
+    size: FloatArray,
+    torque: FloatArray,
+    turning_points: NDArray[np.intp],
+    share: float,
+) -> NDArray[np.bool_]:
+    """(samples,) which of those found stand out alike in more other passes than chance allows.
+
+    Parameters
+    ----------
+    found : (samples,) far outside what their neighbours show
+    size : (samples,) by how much, with its sign
+    torque, turning_points : see `spikes`
+    share : of spikes among the readings
+    """
+    recurrent = np.zeros(found.size, dtype=bool)
+    steps = np.abs(np.diff(torque))
+    events = np.flatnonzero(found)
+    if events.size < 2 or not steps.any():
+        return recurrent
+    rows = 1 + np.count_nonzero(np.diff(events) > 1)
+    near = _STEPS_ASIDE * float(np.median(steps[steps > 0.0]))
+    own = np.searchsorted(turning_points[1:-1], np.arange(found.size))
+    low, high = _SIZES
+    alike = 0.5 * min(2.0 * np.log(_LIKE_SIZE) / np.log(high / low), 1.0)
+    for at in events:
+        elsewhere = own != own[at]
+        same = elsewhere & (np.abs(torque - torque[at]) <= near)
+        opposite = elsewhere & (np.abs(torque + torque[at]) <= near)
+        expected = share * alike * (np.count_nonzero(same) + np.count_nonzero(opposite))
+        # Which of the others is as large, and of which sign.
+        others = events[(same | opposite)[events]]
+        ratio = size[others] / size[at]
+        fits = np.where(ratio > 0.0, same[others], opposite[others])
+        hits = fits & (np.abs(np.log(np.abs(ratio))) < np.log(_LIKE_SIZE))
+        passes = np.unique(own[others[hits]]).size
+        by_chance = rows * float(poisson.sf(passes - 1, expected))
+        recurrent[at] = by_chance < _RECURS_BY_CHANCE
+    return recurrent
 
 
 def _rougher(size: FloatArray, scale: float) -> FloatArray:
