@@ -9,7 +9,7 @@ import numpy as np
 
 from hdprog.discovery.considered import cannot_be_told, why_not
 from hdprog.discovery.explain import Closed
-from hdprog.discovery.found import choosing_step, effect_size
+from hdprog.discovery.found import advice_on, choosing_step, effect_size
 from hdprog.discovery.search import Traced
 from hdprog.discovery.separating import indistinguishable, separating_test
 from hdprog.discovery.sharing import gain_of_steps, sharing_effect
@@ -251,6 +251,7 @@ def _pooled_effect(
     ]
     last = carried[-1][0]
     others: tuple[str, ...] = ()
+    advice = last.advice
     gain = sum(effect.log_evidence_gain for effect, _ in carried)
     if name != UNKNOWN:
         found = (choosing_step(record.steps, name) for _, record in carried)
@@ -259,6 +260,7 @@ def _pooled_effect(
         worth = np.mean([step.before.worth for step in steps] or [1.0])
         gain += float(worth) * max(shared, 0.0)
         others = indistinguishable(steps, name)
+        advice = advice_on(BY_ID[name], steps)
         named = {identifier for record in traced for identifier in record.final.ids}
         others = tuple(other for other in others if other not in named)
     return replace(
@@ -269,6 +271,7 @@ def _pooled_effect(
         share=float(np.mean([effect.share for effect, _ in carried])),
         indistinguishable_from=others,
         separating_test=separating_test({name, *others}),
+        advice=advice,
         origin=origin_of(sizes, events),
     )
 

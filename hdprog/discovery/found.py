@@ -88,7 +88,7 @@ def _mechanism(
         units={one.name: one.unit for one in described},
         indistinguishable_from=others,
         separating_test=separating_test({effect.id, *others}),
-        advice=effect.advice,
+        advice=advice_on(effect, [] if step is None else [step]),
     )
 
 
@@ -112,6 +112,20 @@ def _unknown(traced: Traced, held_after: HeldOut) -> FoundEffect:
         separating_test=None,
         advice=UNKNOWN_ADVICE,
     )
+
+
+def advice_on(effect: Effect, steps: Sequence[Step]) -> str:
+    """What to do about an effect: less where the records do not rule its rivals out.
+
+    Parameters
+    ----------
+    effect : that was found
+    steps : the forward step that chose it, of each record that has it
+    """
+    shown = {name for step in steps for name in step.models}
+    as_good = set(indistinguishable(steps, effect.id)) if steps else set()
+    told = effect.rivals <= shown - as_good
+    return effect.advice if told else effect.unsure_advice
 
 
 def choosing_step(steps: Sequence[Step], chosen: str) -> Step | None:

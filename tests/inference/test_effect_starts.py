@@ -104,7 +104,7 @@ PLANTED: dict[str, dict[str, tuple[float, float]]] = {
         "quick_share": (0.5, 0.4),
         "left_before": (0.1, 0.15),
     },
-    "backlash": {"play": (3e-4, 1e-4), "width": (0.7, 0.5)},
+    "backlash": {"play": (3e-4, 1e-4), "width": (0.7, 0.5), "centre": (0.0, 0.5)},
     "angle_ripple": {
         "cycles": (1100.0, 11.0),
         "sine": (1.5e-5, 6e-6),

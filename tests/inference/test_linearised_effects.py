@@ -19,7 +19,9 @@ from hdprog.inference.linearised_effects import PARETO_K_LIMIT, EffectDraws, Lin
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.starting_points import describe
-from hdprog.physics.effects import BY_ID
+from hdprog.physics.course import Course, Scales
+from hdprog.physics.effects.backlash import Backlash
+from hdprog.physics.effects.base import EffectParameter, Values
 from hdprog.physics.effects.model import EffectSet
 from hdprog.physics.parameters import FloatArray
 from hdprog.physics.torque_path import TorquePath
@@ -30,7 +32,19 @@ DRIVE = replace(Drive.default(), model="CSF-25-80", rated_torque=63.0, alpha_dec
 PRIOR = read_prior_file("csf-25-80").prior(None)
 NOISE = 1e-5
 DRAWS, GROUPS = 8000, 4
-BACKLASH = BY_ID["backlash"]
+
+
+class CentredPlay(Backlash):
+    """Play about zero torque: two coordinates, which a grid can hold."""
+
+    def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
+        return super().parameters(scales)[:2]
+
+    def evaluate(self, course: Course, values: Values, angle: FloatArray) -> FloatArray:
+        return super().evaluate(course, {**values, "centre": np.zeros((1, 1))}, angle)
+
+
+BACKLASH = CentredPlay()
 
 
 def likelihood_with(play: float) -> tuple[LoopLikelihood, FloatArray]:

@@ -79,7 +79,7 @@ def test_torque_offset_is_the_drive_at_the_shifted_torque() -> None:
 
 def test_backlash_is_a_step_of_its_height() -> None:
     torque = np.concatenate([zigzag(0, 60, -60), [-0.5, 0.0, 0.5]])
-    found = added("backlash", course_of(torque), play=1e-4, width=0.5)
+    found = added("backlash", course_of(torque), play=1e-4, width=0.5, centre=0.0)
     assert found[torque == 60.0][0] - found[torque == -60.0][0] == pytest.approx(1e-4, rel=1e-12)
     inside = [-0.5e-4 * math.tanh(1.0), 0.0, 0.5e-4 * math.tanh(1.0)]
     np.testing.assert_allclose(found[-3:], inside, atol=1e-19)
@@ -88,7 +88,8 @@ def test_backlash_is_a_step_of_its_height() -> None:
 @pytest.mark.parametrize(
     ("name", "values"),
     [
-        ("backlash", {"play": 3e-4, "width": 0.7}),
+        ("backlash", {"play": 3e-4, "width": 0.7, "centre": 0.0}),
+        ("backlash", {"play": 3e-4, "width": 0.7, "centre": 6.0}),
         ("cup_hardening", {"hardening": 2e-4, "exponent": 2.6}),
         ("tooth_damage", {"height": 1e-4, "centre": 20.0, "width": 3.0}),
     ],

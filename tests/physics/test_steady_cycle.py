@@ -62,7 +62,7 @@ def test_coulomb_friction_widens_the_loop_by_its_width() -> None:
 
 
 def test_play_is_lost_motion_and_no_hysteresis() -> None:
-    play = lasting("backlash", play=3e-4, width=0.05)
+    play = lasting("backlash", play=3e-4, width=0.05, centre=0.0)
     moved = whole("lost_motion_arcmin", play) - base("lost_motion_arcmin")
     assert moved == pytest.approx(3e-4 / ARCMIN, rel=1e-6)
     width = "hysteresis_width_arcmin"
@@ -83,7 +83,7 @@ def test_effects_of_the_rig_or_of_the_rate_are_no_part_of_it() -> None:
     others = tuple(BY_ID[name] for name in ("creep", "viscous_friction", "torque_offset"))
     assert LastingEffects.of(EffectSet(others, SCALES), {}) is None
     with pytest.raises(ValueError, match="no figure of the steady cycle"):
-        whole("preload_Nm", lasting("backlash", play=1e-4, width=0.1))
+        whole("preload_Nm", lasting("backlash", play=1e-4, width=0.1, centre=0.0))
 
 
 @pytest.mark.parametrize("rougher", [-0.2, 0.2])

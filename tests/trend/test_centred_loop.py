@@ -140,11 +140,11 @@ def test_a_followed_effect_beside_a_free_one_stays_with_the_state() -> None:
     followed = followed_by(likelihood(0.0, 1))
     one = with_followed(0.5 * WIDEST, 0.0, 3, followed)
     model = replace(one.likelihood, effects=(*one.likelihood.effects, BY_ID["backlash"]))
-    loop = replace(one, likelihood=model, point=np.append(one.point, [-0.5, 0.2]))
+    loop = replace(one, likelihood=model, point=np.append(one.point, [-0.5, 0.2, 0.1]))
     at = np.append(TRUTH, 0.5)
     centred, own = loop.about(at)
     assert isinstance(centred, CentredLoop)
-    assert len(centred.centred) == 2
+    assert len(centred.centred) == 3
     held = np.repeat(own.mean[None], 5, axis=0)
     coordinates = np.repeat(at[None], 5, axis=0)
     coordinates[:, -1] += [-0.2, -0.1, 0.0, 0.1, 0.2]

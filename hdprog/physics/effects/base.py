@@ -95,6 +95,9 @@ class Effect(ABC):
     acts_on : "torque" (an error of its sensor), "parameters" (of the negative side) or "angle"
     needs : what a record must have for the effect to be told at all
     advice : what to do about it
+    rivals : ids of effects of a like trace; where a record cannot rule them out, or cannot show
+        them, what is said to do about it is `unsure_advice`
+    unsure_advice : see `rivals`
     lasting : whether wear can bring it, so that it is followed over service time
     static : whether it follows from the torque's path alone, so that it is part of the steady
         cycle of the figures of merit
@@ -111,6 +114,8 @@ class Effect(ABC):
     acts_on: ClassVar[Literal["torque", "parameters", "angle"]] = "angle"
     needs: ClassVar[frozenset[Need]] = frozenset()
     advice: ClassVar[str]
+    rivals: ClassVar[frozenset[str]] = frozenset()
+    unsure_advice: ClassVar[str] = ""
     lasting: ClassVar[bool] = False
     static: ClassVar[bool] = False
     at_torque: ClassVar[bool] = False

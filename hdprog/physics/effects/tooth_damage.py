@@ -15,6 +15,12 @@ class ToothDamage(Effect):
     id = "tooth_damage"
     words = "a bump at one torque on both branches, as a damaged tooth leaves"
     advice = "Inspect the teeth of flexspline and circular spline; do not wait for the next test."
+    rivals = frozenset({"backlash"})
+    unsure_advice = (
+        "It may be something else: this record does not tell a damaged tooth from play in a "
+        "coupling under load, or from a contact that closes late. Check flange and coupling, then "
+        "inspect the teeth; a record to both signs of torque with more readings there tells more."
+    )
     lasting = True
     static = True
     at_torque = True
