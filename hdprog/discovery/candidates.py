@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from hdprog.discovery.model import Model, settled
+from hdprog.discovery.reach import within_reach
 from hdprog.inference.effect_starts import effect_starts, search_widely
 from hdprog.inference.likelihood import COUNT
 from hdprog.inference.starting_points import descend_all, describe, starting_points
@@ -106,10 +107,25 @@ def _refit_again(model: Model, candidate: Model, rng: np.random.Generator) -> Mo
 
 
 def _settled(candidate: Model, simpler: Model) -> list[Model]:
-    """The candidate, and where it is worth it with its noise found anew."""
+    """The candidate, and where it is worth it with its noise found anew, both within reach."""
+    candidate = _within_reach(candidate, simpler)
     if candidate.log_evidence - simpler.log_evidence < _WORTH_SETTLING:
         return [candidate]
-    return [candidate, settled(candidate.likelihood, candidate.starts)]
+    again = settled(candidate.likelihood, candidate.starts)
+    return [candidate, _within_reach(again, simpler)]
+
+
+def _within_reach(candidate: Model, simpler: Model) -> Model:
+    """The candidate's modes whose effects the record can carry; with none left, it is absent."""
+    likelihood = candidate.likelihood
+    inside = tuple(start for start in candidate.starts if within_reach(likelihood, start))
+    if len(inside) == len(candidate.starts):
+        return candidate
+    if not inside:
+        new = likelihood.effects[-1].parameters(likelihood.reduced.course.scales)
+        own = [parameter.absent if parameter.amplitude else 0.0 for parameter in new]
+        inside = (describe(likelihood, np.concatenate([simpler.start.point, own])),)
+    return Model(likelihood, inside)
 
 
 def _beside(model: Model) -> list[Model]:

@@ -141,6 +141,7 @@ def sample_posterior(
             diagnostics = diagnostics.at_most(drawn.effective)
         stored = drawn.points.reshape(*stored.shape[:3], likelihood.size)
     warnings = _warnings(prepared, likelihood, drawn, plan.required_ess)
+    usable = drawn is None or drawn.usable
     if not converged:
         warnings.insert(0, _not_converged(sampling, diagnostics))
     return Posterior(
@@ -153,7 +154,7 @@ def sample_posterior(
         offset=offset.reshape(stored.shape[:3]),
         noise_scale=scale.reshape(stored.shape[:3]) / likelihood.widening,
         diagnostics=diagnostics,
-        converged=converged,
+        converged=converged and usable,
         best=starts[0].point,
         turning_points=prepared.turning_points,
         kept=prepared.kept,
@@ -190,7 +191,7 @@ def _warnings(
             "The effects were integrated out with a model that is linear in them, and this record "
             f"bends it: the weights that make up for it are uneven (Pareto k {drawn.pareto_k:.2f}, "
             f"at most {PARETO_K_LIMIT:.2f} is trusted; {drawn.effective:.0f} effective draws), so "
-            "that intervals are rough."
+            + ("that intervals are rough." if drawn.usable else _NO_POSTERIOR)
         )
     elif drawn is not None and drawn.effective < required_ess:
         said.append(
@@ -240,6 +241,10 @@ def _not_converged(sampling: Mapping[str, float], diagnostics: Diagnostics) -> s
     )
 
 
+_NO_POSTERIOR = (
+    "that the draws do not stand for the posterior: this fit counts as not converged, and its "
+    "intervals are not to be relied on."
+)
 _SPOKEN = {"branch": "torque in each direction", "order": "the order of the readings"}
 
 

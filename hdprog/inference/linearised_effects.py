@@ -23,6 +23,7 @@ from hdprog.inference.starting_points import StartingPoint
 from hdprog.physics.parameters import FloatArray
 
 PARETO_K_LIMIT = 0.7
+_WORST_PARETO_K = 1.0  # beyond, the weights have no mean: the draws stand for nothing
 _TOGETHER = 128
 _FARTHEST = 6.0  # prior standard deviations at which a search begins
 _FEWEST_EFFECTIVE = 100.0  # weighted draws that may stand for a posterior
@@ -52,6 +53,11 @@ class EffectDraws:
     def exact(self) -> bool:
         """Whether they follow the exact density, which they do roughly where Pareto k is high."""
         return self.weighted and self.pareto_k <= PARETO_K_LIMIT
+
+    @property
+    def usable(self) -> bool:
+        """Whether they stand for the posterior at all."""
+        return self.weighted and self.pareto_k <= _WORST_PARETO_K
 
 
 @dataclass(frozen=True)

@@ -14,12 +14,16 @@ from hdprog.config import Drive
 from hdprog.data.coordinates import record_course
 from hdprog.data.loop import Loop
 from hdprog.inference import linearised_effects
+from hdprog.inference.effect_starts import effect_starts
+from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.linearised_effects import PARETO_K_LIMIT, EffectDraws, LinearisedEffects
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import read_prior_file
 from hdprog.inference.starting_points import describe
+from hdprog.inference.until_converged import QUICK
 from hdprog.physics.course import Course, Scales
+from hdprog.physics.drive_model import predict
 from hdprog.physics.effects.backlash import Backlash
 from hdprog.physics.effects.base import EffectParameter, Values
 from hdprog.physics.effects.model import EffectSet
@@ -135,12 +139,35 @@ def test_rough_weights_are_said_and_useless_ones_are_not_used(
     monkeypatch.setattr(linearised_effects, "PARETO_K_LIMIT", -10.0)
     found, off = deviations(1.2e-4, 1.0)
     assert not found.exact
+    assert found.usable
     assert off.max() < 4
     monkeypatch.setattr(linearised_effects, "_FEWEST_EFFECTIVE", np.inf)
     found, off = deviations(1.2e-4, 1.0)
     assert not found.exact
+    assert not found.usable
     assert len(np.unique(found.points, axis=0)) == DRAWS
     assert off.max() > 8  # so the comparison would notice
+
+
+def test_a_fit_whose_weights_have_no_mean_does_not_count_as_converged(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rng = np.random.default_rng(7)
+    torque: FloatArray = np.interp(np.linspace(0, 3, 121), range(4), (0.0, 80.0, -80.0, 80.0))
+    angle = predict(torque, POST_TEST) + 1.5e-4 * np.tanh(torque / 0.7)
+    loop = Loop(torque, angle + NOISE * rng.standard_normal(torque.size))
+    prepared = prepare(loop, DRIVE, rng, prior=PRIOR)
+    likelihood = replace(prepared.likelihood, effects=(BACKLASH,))
+    starts = effect_starts(likelihood, prepared.starts)
+    plan = replace(QUICK, required_ess=100.0)
+    found = sample_posterior(prepared, likelihood, starts, rng, plan=plan)
+    assert found.converged
+    for limit in ("PARETO_K_LIMIT", "_WORST_PARETO_K"):
+        monkeypatch.setattr(linearised_effects, limit, -10.0)
+    found = sample_posterior(prepared, likelihood, starts, rng, plan=plan)
+    assert found.diagnostics.passes(plan.required_ess)
+    assert not found.converged
+    assert any("do not stand for the posterior" in said for said in found.warnings)
 
 
 def test_a_group_keeps_its_own_draws() -> None:
