@@ -11,7 +11,7 @@ import numpy as np
 from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.starting_points import StartingPoint
 
-_FARTHEST = 6.0  # prior standard deviations: no prior has drawn that
+_FARTHEST = 4.0  # prior standard deviations: what is farther is none of what the effect describes
 _OF_TORQUE = 0.5  # of the record's largest torque, which an error of the torque stays below
 
 
@@ -24,7 +24,8 @@ def within_reach(likelihood: LoopLikelihood, start: StartingPoint) -> bool:
     own, effects = start.point[COUNT + 1 :], likelihood.effect_set
     for (_, parameter), coordinate in zip(effects.parameters, own, strict=True):
         absent = parameter.amplitude and coordinate < 0.0 and parameter.transform == "log"
-        if abs(coordinate) > _FARTHEST and not absent:
+        bounded = parameter.transform == "between"
+        if abs(coordinate) > _FARTHEST and not (absent or bounded):
             return False
     course, values = likelihood.reduced.course, likelihood.effect_values(start.point[None, :])
     whole = likelihood.angle(start.point[None, :])

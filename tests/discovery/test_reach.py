@@ -68,6 +68,8 @@ def reached(effect: str, **values: float) -> bool:
         ("torque_sensor_hysteresis", {"lag": 2.0, "travel": 60.0}, True),
         ("torque_sensor_hysteresis", {"lag": 2.0, "travel": 4400.0}, False),
         ("backlash", {"play": 4e-4, "width": 0.7}, True),
+        ("backlash", {"play": 4e-4, "width": 2.5}, True),
+        ("backlash", {"play": 4e-4, "width": 45.0}, False),  # a bend over the whole loop, no play
         ("backlash", {"play": 2e-2, "width": 0.7}, False),
         ("backlash", {"play": 1e-17, "width": 0.7}, True),  # as good as absent
     ],
