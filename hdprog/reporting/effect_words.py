@@ -44,6 +44,8 @@ SIGNIFICANT = 0.05
 """Largest p-value at which a coordinate is said to carry the residual."""
 _LEAST = 0.1  # share of the residual from which a coordinate is said to carry it
 _WIDE = 0.6  # part of a coordinate's span from which an unknown term lies "over the whole range"
+_MOST = 0.8  # of a wide term's squares
+_OUTER = 0.35  # of the largest torque: what begins there is at the ends
 _HAS_BRANCHES = ("torque", "branch", "angle", "output_angle", "distance_since_reversal")
 
 
@@ -141,10 +143,33 @@ def unknown_place(course: ResidualCourse, name: str) -> str:
     low, high = said.factor * float(at[inside].min()), said.factor * float(at[inside].max())
     span = said.factor * float(np.ptp(at))
     if high - low > _WIDE * span:
-        return f"over the whole range of {said.name}"
+        return f"over the whole range of {said.name}{_most_of_it(said, at, course.unknown)}"
     step = 0.1 * span
     place = f"between {rounded(low, step)} and {with_unit(rounded(high, step), said.unit)}"
     return f"over {said.name} {place}{_branches(course, inside, name)}"
+
+
+def _most_of_it(said: Coordinate, at: FloatArray, unknown: FloatArray) -> str:
+    """Where most of a wide term of torque is, by its squares about its median; empty if all over.
+
+    On one side of zero torque, or beyond a torque in both directions.
+    """
+    size = (unknown - np.median(unknown)) ** 2
+    if said.name != "torque" or at.min() >= 0.0 or at.max() <= 0.0 or not size.any():
+        return ""
+    size = size / size.sum()
+    above = float(size[at > 0.0].sum())
+    if max(above, 1.0 - above) > _MOST:
+        return f", most of it at {'positive' if above > 0.5 else 'negative'} torque"
+    order = np.argsort(-np.abs(at))
+    within = np.searchsorted(np.cumsum(size[order]), _MOST)
+    inner, top = np.abs(at[order[within]]), np.abs(at).max()
+    if inner < _OUTER * top:
+        return ""
+    beyond = with_unit(
+        rounded(said.factor * float(inner), 0.1 * said.factor * float(top)), said.unit
+    )
+    return f", most of it beyond {beyond} in both directions"
 
 
 def _branches(course: ResidualCourse, inside: np.ndarray, name: str) -> str:

@@ -191,6 +191,24 @@ def test_the_branch_of_the_unknown_is_said(branch: str | None, words: str) -> No
     assert words in spaced(place_of_unknown(replace(record, course=course)))
 
 
+def test_of_a_wide_unknown_it_is_said_where_most_of_it_is() -> None:
+    record = explanations.unexplained()
+    torque = record.course.torque
+    top = float(np.abs(torque).max())
+
+    def said(unknown: np.ndarray) -> str:
+        course = replace(record.course, unknown=1e-5 * unknown)
+        return spaced(place_of_unknown(replace(record, course=course)))
+
+    whole = "over the whole range of torque"
+    ends = said(np.maximum(np.abs(torque) / top - 0.5, 0.0))
+    assert ends.startswith(f"{whole}, most of it beyond ")
+    assert ends.endswith(" Nm in both directions")
+    rippled = np.where(torque > 0.0, np.sin(4 * np.pi * torque / top), 0.0)
+    lone = said(rippled + np.where(torque < -0.9 * top, 0.6, 0.0))
+    assert lone == f"{whole}, most of it at positive torque"
+
+
 def test_an_unknown_all_along_is_not_given_ends() -> None:
     record = explanations.unexplained()
     wavy = 1e-5 * np.sin(0.3 * record.course.torque)
