@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.optimize import brentq
-from scipy.stats import poisson
+from scipy.special import pdtrc
 
 from hdprog.data.noise_level import SD_PER_MEDIAN
 from hdprog.physics.parameters import FloatArray
@@ -154,7 +154,7 @@ def _recurrent(
         fits = np.where(ratio > 0.0, same[others], opposite[others])
         hits = fits & (np.abs(np.log(np.abs(ratio))) < np.log(_LIKE_SIZE))
         passes = np.unique(own[others[hits]]).size
-        by_chance = rows * float(poisson.sf(passes - 1, expected))
+        by_chance = rows * float(pdtrc(passes - 1, expected)) if passes else np.inf
         recurrent[at] = by_chance < _RECURS_BY_CHANCE
     return recurrent
 

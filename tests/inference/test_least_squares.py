@@ -35,7 +35,7 @@ def settled(seed: int, missing: float = 0.0) -> Settled:
 @lru_cache(maxsize=1)
 def lacking() -> Settled:
     """A loop with steps that the model lacks."""
-    return settled(0, missing=1e-3)
+    return settled(0, missing=5e-4)
 
 
 @lru_cache(maxsize=1)
