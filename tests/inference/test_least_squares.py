@@ -35,7 +35,7 @@ def settled(seed: int, missing: float = 0.0) -> Settled:
 @lru_cache(maxsize=1)
 def lacking() -> Settled:
     """A loop with steps that the model lacks."""
-    return settled(0, missing=5e-4)
+    return settled(0, missing=1e-3)
 
 
 @lru_cache(maxsize=1)
@@ -65,7 +65,8 @@ def test_white_noise_leads_nowhere() -> None:
 
 
 def test_a_fit_that_is_led_away_comes_back_to_least_squares() -> None:
-    prepared, correlated, starts = lacking()
+    # Of larger steps the corners, which no fit meets, hold much of what is left.
+    prepared, correlated, starts = settled(0, missing=5e-4)
     kept, modes = kept_to_readings(correlated, starts, [one.point for one in prepared.starts])
     assert kept.least_squares is not None
     white = prepared.likelihood
