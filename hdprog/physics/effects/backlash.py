@@ -34,7 +34,7 @@ class Backlash(Effect):
         """δ in rad, T_s and T_c in Nm."""
         top = scales.torque
         centre = EffectParameter(
-            "centre", "Nm", "torque about which the sides change", "signed", 0.003 * top, 2.0
+            "centre", "Nm", "torque about which the sides change", "signed", 0.001 * top, 2.0
         )
         return (
             angle_amplitude("play", "step of the angle from side to side", scales),
