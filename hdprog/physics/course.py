@@ -68,6 +68,12 @@ class Course:
     scales: Scales
     output_speed: FloatArray | None = None
 
+    @staticmethod
+    def of_torque(path: TorquePath, scales: Scales) -> Course:
+        """Course of which the torque alone is known, evenly through the order of recording."""
+        order = np.linspace(0.0, 1.0, path.torque.size)
+        return Course(path, order, None, None, None, None, scales)
+
     @cached_property
     def load(self) -> FloatArray:
         """(samples,) torque over the record's largest."""

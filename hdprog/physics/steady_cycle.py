@@ -71,15 +71,7 @@ def steady_branches(
     two (draws, samples) arrays in rad: rising branch, falling branch
     """
     path = TorquePath.exact(steady_history(torque, operation.reference_torque))
-    course = Course(
-        path=path,
-        order=np.linspace(0.0, 1.0, path.torque.size),
-        time=None,
-        rate=None,
-        temperature=None,
-        output_angle=None,
-        scales=lasting.effects.scales,
-    )
+    course = Course.of_torque(path, lasting.effects.scales)
     draws = np.atleast_1d(parameters["mu"]).size
     angle = lasting.effects.angle(
         course, parameters, dict(lasting.values), operation.alpha, np.full(draws, 0.5)

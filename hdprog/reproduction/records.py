@@ -103,15 +103,7 @@ def _fitted(
     error = float(np.std((prepared.loop.angle - whole)[prepared.kept]))
 
     def angle(path: TorquePath) -> FloatArray:
-        course = Course(
-            path=path,
-            order=np.linspace(0.0, 1.0, path.torque.size),
-            time=None,
-            rate=None,
-            temperature=None,
-            output_angle=None,
-            scales=prepared.record_course.scales,
-        )
+        course = Course.of_torque(path, prepared.record_course.scales)
         return np.asarray(model.angle(course, values, setting)[0])
 
     return steady_cycle(angle, model.words, _POINTS), error
