@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from hdprog.beside_report import require_no_drive_files
 from hdprog.cli.common import command_line, output_folder, print_json
 from hdprog.cli.exits import ExitCode
 from hdprog.cli.options import AsJson, Out, Quick, Quiet, Seed
@@ -48,6 +49,7 @@ def fleet(
     drives that cannot be used are left out and listed with the reason.
     """
     place = output_folder(out, f"fleet-{folder.resolve().name}")
+    require_no_drive_files(place, f"--out {place}")
     from hdprog import fleet_run
     from hdprog.reporting.words import keyboard_signs
 

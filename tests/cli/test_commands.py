@@ -153,6 +153,23 @@ def test_the_report_of_another_command_is_not_replaced(
     assert (folder / "report.html").read_text("utf-8") == "before"
 
 
+@pytest.mark.parametrize("command", ["run", "fleet"])
+@pytest.mark.parametrize("lies", ["drive.toml", "tests.csv"])
+def test_results_are_not_written_among_the_files_of_a_drive(
+    invoke: Invoke, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, command: str, lies: str
+) -> None:
+    there = Workflow()
+    put_module(monkeypatch, "hdprog.workflow", run=there.answer("run"))
+    put_module(monkeypatch, "hdprog.fleet_run", run_fleet=there.answer("fleet"))
+    (tmp_path / "drive").mkdir()
+    (tmp_path / "drive" / lies).write_text("", "utf-8")
+    shown = invoke(command, "drive", "--out", "drive")
+    assert shown.exit_code == 3
+    assert f"--out drive: found the {lies} of a drive" in shown.stderr
+    assert there.calls == []
+    assert [file.name for file in (tmp_path / "drive").iterdir()] == [lies]
+
+
 def test_a_folder_keeps_its_whole_name(
     invoke: Invoke, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
