@@ -10,12 +10,14 @@ from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.kalman_filter import RATE, RUNNING_IN
 from hdprog.trend.smoother import walked
 from hdprog.trend.state_space import Steps
-from hdprog.trend.wear_prior import MESH, LogNormal, RateAhead
+from hdprog.trend.wear_prior import MESH, HeavyTailed, RateAhead
 
 _SLOWEST = 0.02  # of the clock's rate: what a drive goes on with that seems to stand still
 _LEAST_RATE = 0.5  # of the clock's, that a wander is told as a share of: less would be all wander
 _FASTEST_LOG = 6.0  # four hundred times as fast is beyond any figure
 _NO_FALL = 1e-9
+_MOST_LEFT, _LEAST_LEFT = 0.7, 1e-6  # of what a parameter that falls is now, when it is worn out
+_LEAST_LEVEL = 1e-9  # of a belief, so that its quantile is finite
 _FARTHEST = 15.0  # prior spreads of a coordinate from its prior mean: figures stay finite
 
 
@@ -82,7 +84,7 @@ def worn_ahead(
     steps: Steps,
     now: FloatArray,
     ahead: FloatArray,
-    ends: Mapping[str, LogNormal],
+    ends: Mapping[str, HeavyTailed],
     rng: np.random.Generator,
 ) -> tuple[FloatArray, FloatArray]:
     """States to come with an end to the wear of each place, held within reach.
@@ -130,20 +132,21 @@ def _left_of_step(fall: FloatArray, end: FloatArray) -> FloatArray:
     return np.asarray(going / (share + (1 - share) * going))
 
 
-def left_worn_out(belief: LogNormal, present: FloatArray, rng: np.random.Generator) -> FloatArray:
+def left_worn_out(belief: HeavyTailed, present: FloatArray, rng: np.random.Generator) -> FloatArray:
     """Draw what a parameter that falls tends to, over its present value: (draws,), below 1.
+
+    What wears still is not at its end, however far below all others it lies: the belief is cut off
+    below the present value, and its tail is heavy, so that what is left of it does not crowd there.
 
     Parameters
     ----------
-    belief : its value worn out, over the loop prior's median; cut off at the present one
+    belief : its value worn out, over the loop prior's median
     present : (draws,) logarithm of its present value over that median
     rng : source of randomness
     """
-    from scipy.special import ndtr, ndtri
-
-    highest = ndtr((present - np.log(belief.median)) / belief.log_sd)
-    deviate = ndtri(np.maximum(rng.uniform(size=present.size) * highest, 1e-12))
-    return np.asarray(np.minimum(belief.at(deviate) / np.exp(present), 0.999))
+    highest = belief.below(present + np.log(_MOST_LEFT))
+    level = np.maximum(rng.uniform(size=present.size) * highest, _LEAST_LEVEL)
+    return np.asarray(np.clip(np.exp(belief.log_at(level) - present), _LEAST_LEFT, _MOST_LEFT))
 
 
 def level_off(fall: FloatArray, end: FloatArray) -> FloatArray:

@@ -39,6 +39,29 @@ class LogNormal(_Strict):
         return np.asarray(self.median * np.exp(self.log_sd * deviate))
 
 
+class HeavyTailed(_Strict):
+    """A belief whose logarithm has a Student distribution of two degrees of freedom.
+
+    Attributes
+    ----------
+    median : middle
+    log_scale : of the logarithm: a fifth lies farther than 1.9 of them from the middle
+    """
+
+    median: float = Field(gt=0)
+    log_scale: float = Field(gt=0, le=5)
+
+    def below(self, log_value: FloatArray) -> FloatArray:
+        """Probability below a value's logarithm (any shape)."""
+        deviate = (log_value - np.log(self.median)) / self.log_scale
+        return np.asarray(0.5 + 0.5 * deviate / np.sqrt(2.0 + deviate**2))
+
+    def log_at(self, probability: FloatArray) -> FloatArray:
+        """Logarithm of the value that lies above so much of the belief (any shape)."""
+        spread = np.sqrt(2.0 * probability * (1.0 - probability))
+        return np.asarray(np.log(self.median) + self.log_scale * (2.0 * probability - 1.0) / spread)
+
+
 class Share(_Strict):
     """A belief in a share between 0 and 1: a Gaussian through its distribution function."""
 
@@ -177,7 +200,7 @@ class WearPrior(_Strict):
     scatter_scale: dict[str, float]
     effect: EffectPrior
     temperature: dict[str, Loading]
-    worn_out: dict[str, LogNormal]
+    worn_out: dict[str, HeavyTailed]
     regreased: dict[str, float]
     reassembled: dict[str, float]
     within_fleet: WithinFleet

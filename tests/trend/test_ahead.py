@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.trend.ahead import left_worn_out, simulate_ahead, worn_ahead
@@ -14,7 +15,7 @@ from hdprog.trend.fitting import fit_trend
 from hdprog.trend.kalman_filter import RATE
 from hdprog.trend.state_space import Steps
 from hdprog.trend.trend import Trend
-from hdprog.trend.wear_prior import LogNormal, RateAhead, read_wear_prior
+from hdprog.trend.wear_prior import HeavyTailed, RateAhead, read_wear_prior
 from tests.hasty import HASTY
 from tests.trend.stand_in import PRIOR, SimulatedLoop, wearing_drive
 
@@ -112,7 +113,9 @@ def test_the_shipped_prior_expects_wear_to_speed_up() -> None:
 
 STRAIGHT = np.array([0.0, -0.03, 0.0, -2.6, 14.5, -0.02, -0.5, 0.14])  # per unit of wear
 B, T_I = NAMES.index("b"), NAMES.index("T_i")
-ENDS = {name: LogNormal(median=median, log_sd=1e-6) for name, median in (("b", 0.1), ("T_i", 0.4))}
+ENDS = {
+    name: HeavyTailed(median=median, log_scale=1e-9) for name, median in (("b", 0.1), ("T_i", 0.4))
+}
 
 
 def of_size(medians: FloatArray) -> Steps:
@@ -166,12 +169,32 @@ def test_wear_ends_alike_for_a_drive_of_any_size() -> None:
     )
 
 
+def left_of(present: float) -> FloatArray:
+    """(4000,) draws of what is left at the end of a b of so much of its prior's median."""
+    belief, rng = read_wear_prior().worn_out["b"], np.random.default_rng(5)
+    return left_worn_out(belief, np.full(4000, np.log(present)), rng)
+
+
 def test_the_end_of_wear_is_drawn_below_what_there_is() -> None:
     belief = read_wear_prior().worn_out["b"]
-    as_new = left_worn_out(belief, np.zeros(4000), np.random.default_rng(5))
-    assert np.median(as_new) == pytest.approx(belief.median, rel=0.06)
-    worn = left_worn_out(belief, np.full(4000, np.log(0.05)), np.random.default_rng(5))
-    assert (worn < 1.0).all()
+    assert np.median(left_of(1.0)) == pytest.approx(belief.median, rel=0.06)
+    assert (left_of(0.05) < 1.0).all()
+
+
+def test_teeth_worn_beyond_all_that_were_tested_wear_on() -> None:
+    """With a Gaussian tail a hundredth of the median was to lose a tenth more, no half."""
+    for present in (0.03, 0.01, 0.003):
+        assert np.median(left_of(present)) < 0.5
+        assert np.mean(left_of(present) < 0.25) > 0.2
+
+
+def test_a_heavy_tail_is_students() -> None:
+    belief = HeavyTailed(median=0.1, log_scale=0.5)
+    student = stats.t(2, loc=np.log(0.1), scale=0.5)
+    values = np.linspace(-12.0, 4.0, 9)
+    np.testing.assert_allclose(belief.below(values), student.cdf(values), rtol=1e-9)
+    levels = np.array([1e-6, 0.05, 0.5, 0.9])
+    np.testing.assert_allclose(belief.log_at(levels), student.ppf(levels), rtol=1e-9)
 
 
 def test_a_walking_loading_spreads_the_state_as_its_integral_does() -> None:
