@@ -9,6 +9,7 @@ carried along each path, so nothing is lost between the times of the grid.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 
 import numpy as np
@@ -171,23 +172,31 @@ def forecast(
     hours = forecast_hours(now, settings.horizon_hours, settings.next_shutdown_hours)
     if not limits:
         return ()
-    parts = []
-    for _ in range(_DRAWS // _TOGETHER):
-        paths = trend.wandering_paths(hours, rng, _TOGETHER, load_factor)
-        parts.append(
-            [margins(limit, paths, trend.prior, operation, trend.followed) for limit in limits]
-        )
+
+    def part(rng: np.random.Generator, *, wear_ends: bool = True) -> list[Margins]:
+        paths = trend.wandering_paths(hours, rng, _TOGETHER, load_factor, wear_ends=wear_ends)
+        return [margins(limit, paths, trend.prior, operation, trend.followed) for limit in limits]
+
+    endless = part(deepcopy(rng), wear_ends=False)
+    parts = [part(rng) for _ in range(_DRAWS // _TOGETHER)]
     each = [Margins.joined(of_one) for of_one in zip(*parts, strict=True)]
-    found = [
-        _result(limit, first_crossing(hours, [margin]), settings)
-        for limit, margin in zip(limits, each, strict=True)
+    which: list[tuple[Limit | None, slice]] = [
+        (limit, slice(at, at + 1)) for at, limit in enumerate(limits)
     ]
     if len(limits) > 1:
-        found.append(_result(None, first_crossing(hours, each), settings))
+        which.append((None, slice(None)))
+    found = []
+    for limit, of in which:
+        ended, without_end = (first_crossing(hours, one[of]) for one in (parts[0], endless))
+        horizon = settings.horizon_hours
+        held_up = max(without_end.by(horizon) - ended.by(horizon), 0.0)
+        found.append(_result(limit, first_crossing(hours, each[of]), settings, held_up))
     return tuple(found)
 
 
-def _result(limit: Limit | None, crossing: Crossing, settings: ForecastSettings) -> Forecast:
+def _result(
+    limit: Limit | None, crossing: Crossing, settings: ForecastSettings, held_up: float
+) -> Forecast:
     shutdown, now = settings.next_shutdown_hours, float(crossing.hours[0])
     inside = crossing.upto(settings.horizon_hours)
     # One that lies behind the last test is over: nothing is at risk by it.
@@ -207,4 +216,5 @@ def _result(limit: Limit | None, crossing: Crossing, settings: ForecastSettings)
         probability_crossed_by_horizon=float(inside.probability[-1]),
         remaining_hours=remaining,
         crossing_probability=np.column_stack([inside.hours, inside.probability]),
+        probability_held_up_by_end_of_wear=held_up,
     )

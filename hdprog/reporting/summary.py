@@ -92,6 +92,7 @@ def _forecast(forecast: Forecast) -> dict[str, Any]:
         "inspect_before_hours": number(forecast.inspect_before_hours),
         "probability_crossed_by_shutdown": number(forecast.probability_crossed_by_shutdown),
         "probability_crossed_by_horizon": number(forecast.probability_crossed_by_horizon),
+        "probability_held_up_by_end_of_wear": number(forecast.probability_held_up_by_end_of_wear),
         "remaining_hours": quantiles(forecast.remaining_hours),
         "crossing_probability": [numbers(pair) for pair in forecast.crossing_probability],
     }

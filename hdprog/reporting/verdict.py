@@ -7,6 +7,7 @@ from typing import Literal
 
 from hdprog.reporting import outlook
 from hdprog.reporting.effect_words import traced_sentences
+from hdprog.reporting.end_of_wear_words import kept_by_the_end
 from hdprog.reporting.far_limits import far_limits
 from hdprog.reporting.fit_names import doubtful_without_effects
 from hdprog.reporting.left_out import gone_sentences, left_out_sentences
@@ -208,7 +209,7 @@ def _outlook(result: DriveResult, main: Forecast) -> tuple[Status, list[str]]:
     ahead = outlook.shutdown_ahead(result)
     if ahead is not None and ahead[1] > main.acceptable_risk:
         status = "plan"  # past the horizon, where no date to inspect before is given
-    sentences += _shutdown(result, main) + _rests_on(result)
+    sentences += kept_by_the_end(result) + _shutdown(result, main) + _rests_on(result)
     at = outlook.next_test_hours(result)
     if at is not None:
         sentences.append(f"Test again by {hours(outlook.rounded_date(main, at))}.")

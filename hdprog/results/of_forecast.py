@@ -21,6 +21,8 @@ class Forecast:
         past the horizon
     remaining_hours : level → hours from now, None past the horizon
     crossing_probability : (times, 2) service hours and P(crossed), non-decreasing, now to horizon
+    probability_held_up_by_end_of_wear : by how much P(crossed) by the horizon would be larger if
+        wear came to no end
     """
 
     limit: Limit | None
@@ -33,6 +35,7 @@ class Forecast:
     probability_crossed_by_horizon: float
     remaining_hours: Mapping[float, float | None]
     crossing_probability: FloatArray
+    probability_held_up_by_end_of_wear: float = 0.0
 
 
 @dataclass(frozen=True)

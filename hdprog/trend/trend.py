@@ -135,6 +135,8 @@ class Trend(LinearisedTrend):
         rng: np.random.Generator,
         draws: int,
         load_factor: float = 1.0,
+        *,
+        wear_ends: bool = True,
     ) -> Paths:
         """Paths of the drive's state, without the scatter of remounting.
 
@@ -145,6 +147,8 @@ class Trend(LinearisedTrend):
         draws : number of paths
         load_factor : pace of the clock past the last test over the pace so far, e.g. 0.8³ at
             80 % torque
+        wear_ends : whether it does as the wear prior has it; without, the same random numbers give
+            the same paths but for that
         """
         met = self.met.thinned(draws, rng)
         values = Hyperparameters.of(met.deviates, self.wear_prior)
@@ -159,7 +163,8 @@ class Trend(LinearisedTrend):
         now = at_reference(steps, states[:, -1], course.carried, behind - 1)
         start = (now, course.carried)
         ahead = simulate_ahead(steps, rng, start, behind, self._rate_ahead)
-        ahead, left = worn_ahead(steps, now, ahead, self.wear_prior.worn_out, rng)
+        ends = self.wear_prior.worn_out if wear_ends else {}
+        ahead, left = worn_ahead(steps, now, ahead, ends, rng)
         left = np.concatenate([np.ones_like(states), left], axis=1)[:, which < 0]
         return Paths(
             np.asarray(hours, dtype=float),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from hdprog.reporting import outlook
+from hdprog.reporting.end_of_wear_words import end_of_wear
 from hdprog.reporting.rounding import hours, hours_up, percent, percent_beside, share, without_unit
 from hdprog.reporting.sections.table import Cell, Row, Table, Value
 from hdprog.reporting.words import capital, quantity, with_unit
@@ -18,9 +19,12 @@ def limits_table(result: DriveResult) -> Table:
         columns.append(f"risk by shutdown, {hours(shutdown)}")
     columns += [f"risk by {hours(result.forecasts[0].horizon_hours)}", "inspect before"]
     rows = [_row(result, forecast, shutdown) for forecast in result.forecasts]
-    return Table.flat(
+    caption = (
         "Each limit by itself, if nothing is done. Hours are service hours; “later” is past the "
-        "horizon, where no number is given.",
+        f"horizon, where no number is given. {end_of_wear(result)}"
+    )
+    return Table.flat(
+        caption.rstrip(),
         tuple(columns),
         rows,
         doubtful=not result.converged,
