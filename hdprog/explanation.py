@@ -172,10 +172,10 @@ class Explanation:
     ----------
     test_id : of the test, or the file's stem
     service_hours : of the test, or None
-    verdict : adequate (nothing added), explained (mechanisms added; what remains, if anything, is
-        `left_over`), partly_explained (mechanisms and an unknown term) or unexplained (the unknown
-        term alone)
-    noise_floor_rad : scatter of neighbouring readings about a smooth course
+    verdict : adequate (nothing added), explained (mechanisms added, and what remains is noise or
+        little), partly_explained (mechanisms, and an unknown term or structure beside them) or
+        unexplained (the unknown term alone)
+    noise_floor_rad : scatter of neighbouring residuals about a smooth course
     repeatability_rad : how far the record's own cycles differ from each other (root mean square
         about their mean), or None where no cycle repeats
     outlier_fraction : share of readings set aside as isolated spikes

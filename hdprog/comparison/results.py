@@ -134,7 +134,7 @@ class Comparison:
     two_sided : whether the record has both signs of torque
     amplitude : torque in Nm of the steady cycle that widths and stiffness curves are read on
     width_torque : torque in Nm at which the width is read: zero, half the amplitude if one-sided
-    noise_floor_rad : scatter of neighbouring readings about a smooth course
+    noise_floor_rad : scatter of neighbouring residuals about a smooth course
     models : by expected log predictive density, best first
     left_out : models that cannot be defined on the record
     warnings : in words

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from hdprog.discovery.found import advice_on, choosing_step, effect_size
 from hdprog.discovery.search import Traced
 from hdprog.discovery.separating import indistinguishable, separating_test
 from hdprog.discovery.sharing import gain_of_steps, sharing_effect
+from hdprog.discovery.verdict import verdict_of
 from hdprog.explanation import (
     UNKNOWN,
     ConsideredEffect,
@@ -59,7 +60,7 @@ def explain_drive(
     found = [_pooled_effect(name, traced, closed, sizes[name], events) for name in names]
     found.sort(key=lambda effect: (effect.id == UNKNOWN, -effect.share))
     return DriveExplanation(
-        verdict=_verdict(set(names)),
+        verdict=_verdict(names, tests),
         effects=tuple(found),
         considered=_considered(traced, closed, set(names)),
         amplitudes=sizes,
@@ -67,12 +68,19 @@ def explain_drive(
     )
 
 
-def _verdict(names: set[str]) -> Verdict:
-    if not names:
-        return "adequate"
-    if UNKNOWN not in names:
-        return "explained"
-    return "unexplained" if names == {UNKNOWN} else "partly_explained"
+def _verdict(names: Collection[str], tests: Sequence[Explanation]) -> Verdict:
+    """Verdict on all tests together."""
+
+    def pooled(each: Iterable[float]) -> float:
+        return float(np.sqrt(np.mean(np.square(list(each)))))
+
+    return verdict_of(
+        names,
+        pooled(test.before.rmse_rad for test in tests),
+        pooled(test.after.rmse_rad for test in tests),
+        pooled(test.noise_floor_rad for test in tests),
+        left_over=any(test.left_over is not None for test in tests),
+    )
 
 
 def lasting_effects(posteriors: Sequence[Posterior]) -> tuple[Effect, ...]:

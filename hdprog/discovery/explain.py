@@ -14,7 +14,15 @@ from hdprog.discovery.heldout import held_out
 from hdprog.discovery.model import Model
 from hdprog.discovery.residuals import carriers, repeatability
 from hdprog.discovery.search import Traced
-from hdprog.explanation import Carrier, Explanation, ResidualCourse, Verdict
+from hdprog.discovery.verdict import verdict_of
+from hdprog.explanation import (
+    UNKNOWN,
+    Carrier,
+    ErrorFigures,
+    Explanation,
+    ResidualCourse,
+    Verdict,
+)
 from hdprog.inference.effect_starts import strained
 from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.posterior import Posterior
@@ -93,20 +101,21 @@ def explain(
     warnings = tuple(dict.fromkeys((*before.warnings, *after.warnings)))
     found = found_effects(traced, after, held_before, held_after, rng)
     errors_before = error_figures(prepared, before.record_residual, held_before)
+    errors_after = error_figures(prepared, after.record_residual, held_after)
     kept = prepared.loop.angle[prepared.kept]
     if found and (remark := remark_on_steps(kept, errors_before.rmse_rad)):
         warnings = (*warnings, remark)
     explanation = Explanation(
         test_id=test_id,
         service_hours=service_hours,
-        verdict=verdict_of(traced),
+        verdict=_verdict(traced, errors_before, errors_after),
         noise_floor_rad=prepared.noise_floor,
         repeatability_rad=repeatability(
             prepared.record_course, _kept_angle(prepared), prepared.noise_floor
         ),
         outlier_fraction=after.outlier_fraction,
         before=errors_before,
-        after=error_figures(prepared, after.record_residual, held_after),
+        after=errors_after,
         branch_rmse=branch_rmse(prepared, before.record_residual, after.record_residual),
         carried_by=_carried_by(base, rng),
         effects=found,
@@ -150,12 +159,15 @@ def _kept_angle(prepared: Prepared) -> FloatArray:
     return np.asarray(np.interp(at, at[prepared.kept], prepared.loop.angle[prepared.kept]))
 
 
-def verdict_of(traced: Traced) -> Verdict:
-    """The outcome in the words of the contract."""
+def _verdict(traced: Traced, before: ErrorFigures, after: ErrorFigures) -> Verdict:
     final = traced.final
-    if final.term is None:
-        return "explained" if final.ids else "adequate"
-    return "partly_explained" if final.ids else "unexplained"
+    return verdict_of(
+        [*final.ids, *([] if final.term is None else [UNKNOWN])],
+        before.rmse_rad,
+        after.rmse_rad,
+        traced.prepared.noise_floor,
+        left_over=traced.left_over is not None,
+    )
 
 
 def _strained(base: Model) -> dict[str, float]:

@@ -7,7 +7,7 @@ from scipy.ndimage import median_filter
 
 from hdprog.config import NoiseResolution
 from hdprog.data.loop import Loop
-from hdprog.data.noise_level import error_sd, quantisation_step
+from hdprog.data.noise_level import error_sd, noise_sd, quantisation_step
 from hdprog.data.reduce import ReducedLoop
 from hdprog.physics.parameters import FloatArray
 
@@ -17,19 +17,53 @@ _ROUNDING = 1e-9  # of the span: a simulated record without noise still has roun
 def reading_noise(loop: Loop, resolution: NoiseResolution) -> tuple[float, float]:
     """Standard deviation of a torque and of an angle reading about a smooth course.
 
-    The larger of what the declared resolution implies (step/√12) and of what the record shows.
+    The larger of what the resolution implies (see `rounding_noise`) and of what the record shows.
 
     Returns
     -------
     torque noise in Nm, angle noise in rad
     """
-    torque = error_sd(loop.torque_scatter, quantisation_step(loop.torque))
-    angle = error_sd(loop.angle_scatter, quantisation_step(loop.angle))
+    torque, angle = rounding_noise(loop, resolution)
+    return max(torque, loop.torque_scatter), max(angle, loop.angle_scatter)
+
+
+def rounding_noise(loop: Loop, resolution: NoiseResolution) -> tuple[float, float]:
+    """The least noise of a torque and of an angle reading: step/√12, of a declared or its own step.
+
+    Returns
+    -------
+    torque noise in Nm, angle noise in rad
+    """
+    torque = error_sd(0.0, quantisation_step(loop.torque))
+    angle = error_sd(0.0, quantisation_step(loop.angle))
     if resolution.torque_Nm is not None:
         torque = max(torque, resolution.torque_Nm / np.sqrt(12))
     if resolution.angle_rad is not None:
         angle = max(angle, resolution.angle_rad / np.sqrt(12))
     return torque, max(angle, _ROUNDING * float(np.ptp(loop.angle)))
+
+
+def noise_floor(
+    residual: FloatArray,
+    time: FloatArray | None,
+    slope: FloatArray,
+    noise: tuple[float, float],
+    rounding: tuple[float, float],
+) -> float:
+    """Scatter in rad of neighbouring residuals about a smooth course, in which torque noise counts.
+
+    At most what the two channels scatter by each for itself, for they may do so together, where
+    the output moves; at least what rounding leaves, of which neighbours may have the same.
+
+    Parameters
+    ----------
+    residual, time, slope : (readings,) in rad, in s or None, and dΔθ/dT in rad/Nm
+    noise, rounding : of a torque and an angle reading, see `reading_noise`, `rounding_noise`
+    """
+    least, most = (
+        float(np.sqrt(np.mean(reading_sd(slope, *each) ** 2))) for each in (rounding, noise)
+    )
+    return min(max(noise_sd(residual, time), least), most)
 
 
 def block_noise(

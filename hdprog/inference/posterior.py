@@ -43,7 +43,7 @@ class Posterior:
     turning_points : indices of the record's first reading, reversals and last reading
     kept : (samples,) False for readings set aside as spikes
     record_course : coordinates of the whole record
-    noise_floor : scatter of neighbouring readings about a smooth course, in rad
+    noise_floor : scatter of neighbouring residuals about a smooth course, in rad
     sampling : numbers of the run by name: ensembles, walkers, warm_up_steps, steps,
         autocorrelation_time, acceptance, evaluations, and others where they occur
     warnings : in words

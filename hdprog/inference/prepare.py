@@ -22,7 +22,14 @@ from hdprog.data.reduce import (
 from hdprog.data.turning_points import turning_points
 from hdprog.inference.block_detail import bend, detail
 from hdprog.inference.likelihood import LoopLikelihood
-from hdprog.inference.measured_noise import block_noise, local_slope, reading_noise, reading_sd
+from hdprog.inference.measured_noise import (
+    block_noise,
+    local_slope,
+    noise_floor,
+    reading_noise,
+    reading_sd,
+    rounding_noise,
+)
 from hdprog.inference.noise import NoiseModel
 from hdprog.inference.noise_shape import fit_noise
 from hdprog.inference.prior_file import prior_of_drive
@@ -52,7 +59,7 @@ class Prepared:
     turning_points : indices of the record's first reading, reversals and last reading
     kept : (samples,) False for readings set aside as spikes
     record_course : coordinates of the whole record
-    noise_floor : scatter of neighbouring readings about a smooth course, in rad
+    noise_floor : scatter of neighbouring residuals about a smooth course, in rad
     warnings : in words
     """
 
@@ -140,6 +147,9 @@ def prepare(
         out = found
     remark = remark_on_spikes(out)
     warnings += [remark] if remark else []
+    residual, slope = _residual(likelihood, starts[0], sound, whole)
+    time = None if sound.time is None else sound.time[~out]
+    rounding = rounding_noise(sound, drive.noise)
     return Prepared(
         loop=loop,
         drive=drive,
@@ -149,7 +159,7 @@ def prepare(
         turning_points=points,
         kept=~out,
         record_course=whole,
-        noise_floor=noise[1],
+        noise_floor=noise_floor(residual[~out], time, slope[~out], noise, rounding),
         warnings=tuple(warnings),
     )
 
@@ -220,13 +230,19 @@ def _spikes(
     noise: tuple[float, float],
 ) -> NDArray[np.bool_]:
     """(samples,) spikes in what a mode leaves of a record."""
-    reduced = likelihood.reduced
-    # A reading's noise has the slope of the blocks about it.
-    slope = local_slope(reduced.path.torque, _best_angle(likelihood, start))
-    slope = np.interp(np.arange(len(loop)), reduced.position, slope)
-    residual = loop.angle - _best_angle(likelihood.at_course(whole), start)
+    residual, slope = _residual(likelihood, start, loop, whole)
     step = float(np.median(slope * np.abs(np.gradient(loop.torque))))
     return spikes(residual, reading_sd(slope, *noise), points, step, loop.torque)
+
+
+def _residual(
+    likelihood: LoopLikelihood, start: StartingPoint, loop: Loop, whole: Course
+) -> tuple[FloatArray, FloatArray]:
+    """(samples,) what a mode leaves of a record in rad, and dΔθ/dT of the blocks about it."""
+    reduced = likelihood.reduced
+    slope = local_slope(reduced.path.torque, _best_angle(likelihood, start))
+    slope = np.interp(np.arange(len(loop)), reduced.position, slope)
+    return loop.angle - _best_angle(likelihood.at_course(whole), start), slope
 
 
 def _misfit(likelihood: LoopLikelihood, start: StartingPoint) -> float:

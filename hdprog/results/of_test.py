@@ -222,7 +222,7 @@ class TestResult:
     effects: tuple[str, ...]
     fit: LoopFit = field(repr=False)
     rmse_rad: float  # over the recorded samples
-    noise_floor_rad: float  # scatter of neighbouring readings about a smooth course
+    noise_floor_rad: float  # scatter of neighbouring residuals about a smooth course
     outlier_fraction: float
     residual_correlation: float  # lag-1 correlation of the residual of neighbouring blocks
     noise_model: str  # white or the named model of correlated noise, in words

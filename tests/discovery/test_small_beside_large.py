@@ -15,7 +15,6 @@ import pytest
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.discovery import search
-from hdprog.discovery.explain import verdict_of
 from hdprog.discovery.pooling import share
 from hdprog.discovery.search import (
     CLEAR_EVIDENCE,
@@ -74,14 +73,14 @@ def test_play_is_named_beside_an_offset_that_carries_nearly_all(offset: float, p
     assert share([found.base], [second.before], [last.before]) < 0.01
     assert second.gains["backlash"] > CLEAR_EVIDENCE
     assert found.left_over is None
-    assert verdict_of(found) == "explained"
+    assert found.final.term is None
 
 
 def test_an_offset_alone_explains_its_record() -> None:
     found = with_play(3.0, 0.0, 0)
     assert found.final.ids == ("torque_offset",)
     assert found.left_over is None
-    assert verdict_of(found) == "explained"
+    assert found.final.term is None
 
 
 def test_an_offset_of_another_shape_gets_no_second_name() -> None:
@@ -102,13 +101,13 @@ def test_the_share_that_is_asked_for_is_smaller_the_more_is_cleared_up(
 
 
 def test_what_is_refused_for_its_share_is_told_and_not_named() -> None:
-    """Play beside an offset whose own shape leaves more than noise; the verdict is of the names."""
+    """Play beside an offset whose own shape leaves more than noise."""
     found = settling_offset(1e-4)
     assert found.final.ids == ("torque_offset",)
     assert found.left_over is not None
     assert found.left_over.id == "backlash"
     assert found.left_over.log_evidence_gain > CLEAR_EVIDENCE > LEFT_OVER_EVIDENCE
-    assert verdict_of(found) == "explained"
+    assert found.final.term is None
 
 
 def test_a_curve_that_is_left_over_is_told_with_its_own_evidence() -> None:
