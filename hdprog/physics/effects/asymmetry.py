@@ -20,8 +20,9 @@ class Asymmetry(Effect):
     acts_on = "parameters"
     needs = frozenset({"both signs of torque"})
     advice = (
-        "Wear is one-sided: judge each direction by its own stiffness, and check whether the "
-        "joint carries a constant load."
+        "Check first that the torque sensor reads alike in both directions and that the fixture "
+        "does not tilt. Else wear is one-sided: judge each direction by its own stiffness, and "
+        "check whether the joint carries a constant load."
     )
     lasting = True
     static = True

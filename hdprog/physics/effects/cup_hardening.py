@@ -21,7 +21,8 @@ class CupHardening(Effect):
     words = "stiffness that changes with load up to the highest torques"
     advice = (
         "Repeat the test to a lower torque: if the curve bends only near the top, look for a part "
-        "that touches or lifts off under load."
+        "that touches or lifts off under load. Stiffness is told without this bend; near the top "
+        "the loop's own slope is the one that the joint has."
     )
     lasting = True
     static = True
@@ -29,7 +30,7 @@ class CupHardening(Effect):
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
         """κ in rad, p."""
-        meaning = "angle added at the largest torque"
+        meaning = "angle added at the largest torque, above zero where the drive softens"
         return (
             either_sign("hardening", "rad", meaning, 0.01 * scales.angle),
             EffectParameter("exponent", "-", "power of the torque", "log", 3.0, 0.25),

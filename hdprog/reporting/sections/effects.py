@@ -35,6 +35,7 @@ from hdprog.reporting.words import capital, listed, parameter_name, tidy
 
 _FAR = 2.0  # standard deviations from which a shift is told in a sentence
 _WORTH_SAYING = 0.005  # of a number: less is not called wrong
+_HARDLY = 0.01  # of the error: what another effect would take as well
 _PICTURED = 3  # tests of a drive
 _NOT_PREDICTED = (
     " It describes this record and does not predict the parts of it that were left out: take it as "
@@ -196,7 +197,10 @@ def _effect(effect: FoundEffect, found: Explanation | DriveExplanation) -> tuple
         )
     elif effect.indistinguishable_from:
         others = listed((effect_name(name) for name in effect.indistinguishable_from), "or")
-        text = f"On these data {others} would leave hardly more error and cannot be ruled out."
+        text = (
+            f"On these data {others} would leave hardly more error and cannot be ruled out; the "
+            f"drive's numbers are told as they are beside {effect_said_before(effect.id)}."
+        )
         if effect.separating_test:
             text += f" To tell them apart: {_sentence(effect.separating_test)}"
         said.append(text)
@@ -214,10 +218,13 @@ def _sentence(text: str) -> str:
 def _evidence(effect: FoundEffect) -> str:
     name = "The unknown part" if effect.id == UNKNOWN else capital(effect_words(effect))
     gain = tables.gain_words(effect.elpd_gain, effect.elpd_se)
+    carried = f"{_share(effect.share)} of the error that can be explained"
+    if effect.share < _HARDLY:
+        carried += ", for what else was added would take its part"
     return (
-        f"{name} carries {_share(effect.share)} of the error that can be explained. With it the "
-        f"log evidence rises by {rounded(effect.log_evidence_gain, 2.0)}, and the expected log "
-        f"predictive density on left-out blocks {'changes' if effect.elpd_gain < 0 else 'rises'} "
+        f"{name} carries {carried}. With it the log evidence "
+        f"rises by {rounded(effect.log_evidence_gain, 2.0)}, and the expected log predictive "
+        f"density on left-out blocks {'changes' if effect.elpd_gain < 0 else 'rises'} "
         f"by {gain} (one standard error)."
     )
 
