@@ -51,7 +51,7 @@ def test_evidence_alternatives_and_advice_are_said() -> None:
     assert "on left-out blocks rises by 388 ± 27 (one standard error)" in text
     assert (
         "On these data viscous friction or microslip would leave hardly more error and cannot be "
-        "ruled out." in text
+        "ruled out; the drive's numbers are told as they are beside creep." in text
     )
     assert "To tell them apart: repeat the record at a second loading rate" in text
     assert "To do: hold the load for two minutes before each reading." in text
