@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from hdprog.config import Limit
-from hdprog.reporting.rounding import about_middle, date_down
+from hdprog.reporting.rounding import about_middle, date_down, hours
 from hdprog.reporting.words import figure_interval, quantity, threshold_words
 from hdprog.results import LEVELS, DriveResult, FigureTrend, Forecast, since_replaced
 
@@ -17,6 +17,7 @@ AT_ONCE = 2.0  # service hours ahead that no plan tells from now
 Inspection = Literal["now", "by a date", "not due", "no date yet"]
 
 _FAR_TAIL = 0.1  # of the middle of remaining life
+_SHORT_WAIT = 0.1  # of the longest time between two tests so far
 _WAITING = 6  # service hours, about, that a risk is stated at
 _SURE = 0.95  # probability from which a limit is said to be passed
 
@@ -164,11 +165,34 @@ def next_test_hours(result: DriveResult) -> float | None:
             return now + quarter
     elif forecast.inspect_before_hours is not None:
         return now + (forecast.inspect_before_hours - now) / 2.0
-    hours = sorted(t.service_hours for t in result.tests if t.service_hours is not None)
-    longest = float(np.diff(hours).max(initial=0.0))
+    longest = _longest_interval(result)
     if longest > AT_ONCE:
         return min(now + longest, forecast.horizon_hours)
     return now + (forecast.horizon_hours - now) / 2.0
+
+
+def test_words(result: DriveResult, at: float) -> tuple[str, bool]:
+    """Say by when to test again, and whether that is now.
+
+    A wait that is short beside those between the tests so far is none: a test now, the drive
+    mounted anew, tells as much of it.
+
+    Parameters
+    ----------
+    at : as `next_test_hours` has it
+    """
+    main = overall(result.forecasts)
+    if main is None:
+        raise ValueError("nothing was forecast")
+    if dated(result) and at - main.now_hours <= _SHORT_WAIT * _longest_interval(result):
+        return "now", True
+    return f"by {hours(rounded_date(main, at))}", False
+
+
+def _longest_interval(result: DriveResult) -> float:
+    """Longest time in h between two tests so far."""
+    tested = sorted(t.service_hours for t in result.tests if t.service_hours is not None)
+    return float(np.diff(tested).max(initial=0.0))
 
 
 def tested_at(result: DriveResult) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -61,6 +62,20 @@ def test_a_wearing_drive_gets_an_interval_and_a_date() -> None:
         "5 %: do not wait for it.",
         "Test again by 1 100 h.",
     ]
+
+
+def test_a_date_that_is_near_beside_the_time_between_tests_is_tested_for_now() -> None:
+    """Half-way to it would be hours after the last test, too few for wear to show."""
+    result = drives.wearing()
+    now = result.forecasts[0].now_hours
+    tested = sorted(test.service_hours or 0.0 for test in result.tests)
+    longest = max(late - early for early, late in pairwise(tested))
+    near, far = (with_quantiles(result, now + wait, 2280.0, now + wait) for wait in (8.0, longest))
+    assert words(near)[1][-1].startswith("Test again now, the joint mounted anew")
+    assert words(far)[1][-1].startswith("Test again by ")
+    tiles = {fact.label: fact for fact in facts(near)}
+    assert tiles["Test again"].value == "now"
+    assert "within 8" in tiles["Test again"].note
 
 
 def test_a_limit_below_is_fallen_below() -> None:
