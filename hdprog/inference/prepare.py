@@ -12,39 +12,17 @@ from hdprog.config import Drive
 from hdprog.data.first_stretches import first_stretches
 from hdprog.data.gross_errors import levelled
 from hdprog.data.loop import Loop
-from hdprog.data.reduce import (
-    ReducedLoop,
-    enough_blocks,
-    fewest_blocks,
-    reduce_loop,
-    whole_course,
-)
 from hdprog.data.turning_points import turning_points
-from hdprog.inference.block_detail import bend, detail
 from hdprog.inference.likelihood import LoopLikelihood
-from hdprog.inference.measured_noise import (
-    block_noise,
-    local_slope,
-    noise_floor,
-    reading_noise,
-    reading_sd,
-    rounding_noise,
-)
 from hdprog.inference.noise import NoiseModel
 from hdprog.inference.noise_shape import fit_noise
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import Prior, RecordScales
-from hdprog.inference.spikes import remark_on_spikes, spikes
+from hdprog.inference.sound_reduction import SoundRecord, sound_reduction
+from hdprog.inference.spikes import remark_on_spikes
 from hdprog.inference.starting_points import StartingPoint, starting_points
 from hdprog.physics.course import Course
 from hdprog.physics.figures import Operation
-from hdprog.physics.parameters import FloatArray
-
-_ATTEMPTS = 5  # a fit shows spikes that were hidden in the residual of the one before
-_UNSEEN = 0.1  # of a block's noise
-# Times the noise that the drive model may leave of a record, to be said to describe it. Beyond,
-# finer blocks show but more of what it lacks.
-_DESCRIBED = 4.0
 
 
 @dataclass(frozen=True)
@@ -121,45 +99,20 @@ def prepare(
             "K_W, mu, c and the preload depend on it; stiffness and hysteresis hardly do where the "
             "teeth slip within the record."
         )
-    noise = reading_noise(sound, drive.noise)
-    whole = whole_course(sound, points, noise[0])
-    blocks = fewest_blocks(points)
-    reduced = reduce_loop(sound, points, noise[0], ~wrong, blocks, whole)
-    likelihood = _white(reduced, drive, prior, reduced.angle, noise)
-    starts = starting_points(likelihood, rng)
-    out = wrong | _spikes(likelihood, starts[0], sound, points, whole, noise)
-    described = _misfit(likelihood, starts[0]) < _DESCRIBED
-    blocks = enough_blocks(sound.torque, points) if described else blocks
-    averaged = reduced.path.variance is not None
-    wanted = detail(likelihood, starts[0]) if described and averaged else None
-    for attempt in range(_ATTEMPTS):
-        reduced = reduce_loop(sound, points, noise[0], ~out, blocks, whole, wanted)
-        before = replace(likelihood, reduced=reduced)
-        fitted, bent = _best_angle(before, starts[0]), bend(before, starts[0])
-        reduced = replace(reduced, angle=reduced.angle - bent)
-        likelihood = _white(reduced, drive, prior, fitted, noise)
-        known = [start.point for start in starts]
-        starts = starting_points(likelihood, rng, starts=3, known=known)
-        found = wrong | _spikes(likelihood, starts[0], sound, points, whole, noise)
-        settled = (found == out).all() and _settled(likelihood, starts[0], bent)
-        if settled or attempt == _ATTEMPTS - 1:
-            break
-        out = found
-    remark = remark_on_spikes(out)
+    levelled_record = SoundRecord(sound, wrong, points, drive, prior)
+    found = sound_reduction(levelled_record, rng)
+    remark = remark_on_spikes(found.out)
     warnings += [remark] if remark else []
-    residual, slope = _residual(likelihood, starts[0], sound, whole)
-    time = None if sound.time is None else sound.time[~out]
-    rounding = rounding_noise(sound, drive.noise)
     return Prepared(
         loop=loop,
         drive=drive,
         operation=operation,
-        likelihood=likelihood,
-        starts=starts,
+        likelihood=found.likelihood,
+        starts=found.starts,
         turning_points=points,
-        kept=~out,
-        record_course=whole,
-        noise_floor=noise_floor(residual[~out], time, slope[~out], noise, rounding),
+        kept=~found.out,
+        record_course=levelled_record.whole,
+        noise_floor=found.noise_floor(levelled_record),
         warnings=tuple(warnings),
     )
 
@@ -207,54 +160,3 @@ def noise_about(likelihood: LoopLikelihood, start: StartingPoint) -> NoiseModel:
     position = reduced.time if reduced.time is not None else reduced.position
     sensitivities = np.hstack([derivative * sd[:, None], np.ones((sd.size, 1))])
     return fit_noise(residual, sensitivities, sd, position)
-
-
-def _white(
-    reduced: ReducedLoop,
-    drive: Drive,
-    prior: Prior,
-    course: FloatArray,
-    noise: tuple[float, float],
-) -> LoopLikelihood:
-    slope = local_slope(reduced.path.torque, course)
-    sd = block_noise(reduced, slope, *noise)
-    return LoopLikelihood(reduced, prior, drive.alpha, NoiseModel.white(sd))
-
-
-def _spikes(
-    likelihood: LoopLikelihood,
-    start: StartingPoint,
-    loop: Loop,
-    points: NDArray[np.intp],
-    whole: Course,
-    noise: tuple[float, float],
-) -> NDArray[np.bool_]:
-    """(samples,) spikes in what a mode leaves of a record."""
-    residual, slope = _residual(likelihood, start, loop, whole)
-    step = float(np.median(slope * np.abs(np.gradient(loop.torque))))
-    return spikes(residual, reading_sd(slope, *noise), points, step, loop.torque)
-
-
-def _residual(
-    likelihood: LoopLikelihood, start: StartingPoint, loop: Loop, whole: Course
-) -> tuple[FloatArray, FloatArray]:
-    """(samples,) what a mode leaves of a record in rad, and dΔθ/dT of the blocks about it."""
-    reduced = likelihood.reduced
-    slope = local_slope(reduced.path.torque, _best_angle(likelihood, start))
-    slope = np.interp(np.arange(len(loop)), reduced.position, slope)
-    return loop.angle - _best_angle(likelihood.at_course(whole), start), slope
-
-
-def _misfit(likelihood: LoopLikelihood, start: StartingPoint) -> float:
-    """What a mode leaves, in units of the noise that was measured."""
-    return float(np.sqrt(np.mean(likelihood.residual(start.point[None, :]) ** 2)))
-
-
-def _settled(likelihood: LoopLikelihood, start: StartingPoint, bent: FloatArray) -> bool:
-    """Whether the bend that was taken out of the blocks' angles is that of the mode found."""
-    change = np.abs(bend(likelihood, start) - bent)
-    return bool((change < _UNSEEN * likelihood.noise.sd).all())
-
-
-def _best_angle(likelihood: LoopLikelihood, start: StartingPoint) -> FloatArray:
-    return np.asarray(likelihood.angle(start.point[None, :])[0])
