@@ -60,10 +60,10 @@ def noise_floor(
     residual, time, slope : (readings,) in rad, in s or None, and dΔθ/dT in rad/Nm
     noise, rounding : of a torque and an angle reading, see `reading_noise`, `rounding_noise`
     """
-    least, most = (
-        float(np.sqrt(np.mean(reading_sd(slope, *each) ** 2))) for each in (rounding, noise)
-    )
-    return min(max(noise_sd(residual, time), least), most)
+    sd = reading_sd(slope, *noise)
+    least, most = (float(np.sqrt(np.mean(each**2))) for each in (reading_sd(slope, *rounding), sd))
+    # In units of their own noise, as a median knows nothing of the few that scatter by more.
+    return min(max(most * noise_sd(residual / sd, time), least), most)
 
 
 def block_noise(
