@@ -129,6 +129,8 @@ def _surrogates(residual: FloatArray, basis: FloatArray, rng: np.random.Generato
 def repeatability(course: Course, angle: FloatArray, noise: float) -> float | None:
     """How far readings of whole branches of one direction lie from the branches' mean.
 
+    The first branch of a record is left out: from rest a drive takes another way.
+
     That is what a fit of the mean branch would leave. Branches are compared by means of readings,
     which have less noise than the readings have; the rest is added.
 
@@ -144,11 +146,12 @@ def repeatability(course: Course, angle: FloatArray, noise: float) -> float | No
     """
     path = course.path
     spans = course.spans
+    stretches = list(zip(path.starts, path.ends, spans, path.rising, strict=True))
     squares, degrees = 0.0, 0
     for rising in (True, False):
         branches = [
             slice(int(start), int(end))
-            for start, end, span, up in zip(path.starts, path.ends, spans, path.rising, strict=True)
+            for start, end, span, up in stretches[1:]
             if up == rising and span >= _WHOLE * spans.max() and end - start >= _FEWEST
         ]
         if len(branches) < 2:

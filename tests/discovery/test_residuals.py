@@ -170,6 +170,14 @@ def test_a_record_that_repeats_exactly_and_one_that_does_not_repeat() -> None:
     assert repeatability(minor, torque / 1.5e4, 0.0) is None
 
 
+def test_the_way_from_rest_is_no_cycle_that_fails_to_repeat() -> None:
+    """A one-sided record begins on a whole branch that no later one takes."""
+    torque = np.interp(np.linspace(0, 4, 401), np.arange(5), [0.0, 50.0, 0.0, 50.0, 0.0])
+    course = record_course(Loop(torque, torque), TorquePath.exact(torque), 0.0)
+    first = 5e-5 * (np.arange(401) < course.path.ends[0])
+    assert repeatability(course, torque / 1.5e4 + first, 0.0) == pytest.approx(0.0, abs=1e-18)
+
+
 @pytest.mark.parametrize("density", [40, 1200])
 def test_repeatability_of_noise_is_its_size(density: int) -> None:
     """However densely the branches are read; 12 % are 4 standard errors at the least: 1e-4."""
