@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from hdprog.inference.until_converged import (
 )
 from hdprog.inference.within_blocks import WithinBlocks
 from hdprog.physics.effects.base import Effect
+from hdprog.physics.parameters import FloatArray
 from hdprog.progress import Progress, untold
 
 _WITH_EFFECTS = 60  # steps kept where effects are drawn beside: a draw costs ten evaluations
@@ -120,29 +121,19 @@ def sample_posterior(
     if likelihood.least_squares is None:
         likelihood, starts = _weighed(prepared, likelihood, starts)
     linearised = LinearisedEffects.about(likelihood, starts[0]) if likelihood.effects else None
-    sampled = likelihood if linearised is None else linearised.sampled
-    posterior = RidgePosterior(sampled)
-    modes = [_without_effects(start) for start in starts]
-    plan = plan.suited_to(sampled.blocks)
-    states = initial_states(posterior, modes, rng, parts, walkers=plan.walkers)
-    chains, diagnostics, sampling, converged = sample_until_converged(
-        posterior, states, plan, rng, executor, progress, worth_walkers(modes)
-    )
-    most = plan.stored_steps if linearised is None else min(plan.stored_steps, _WITH_EFFECTS)
-    stored = chains[:, :: -(-chains.shape[1] // most)]
-    flat = stored.reshape(-1, sampled.size)
-    offset, scale = sampled.nuisances(flat, rng)
-    drawn = None
-    if linearised is not None:
-        drawn = linearised.draws(flat, offset, scale, len(stored), rng)
-        offset, scale = drawn.offset, drawn.scale
-        sampling |= {"pareto_k": drawn.pareto_k, "weighted_draws_effective": drawn.effective}
-        if drawn.weighted:
-            diagnostics = diagnostics.at_most(drawn.effective)
-        stored = drawn.points.reshape(*stored.shape[:3], likelihood.size)
+    plan = plan.suited_to(likelihood.blocks)
+
+    def sample(beside: LinearisedEffects | None) -> _Sampled:
+        return _sample(likelihood, beside, starts, rng, plan, parts, executor, progress)
+
+    found = sample(linearised)
+    if found.drawn is not None and not found.drawn.usable:
+        # All coordinates at once cost more and lean on nothing, where they settle.
+        exactly = sample(None)
+        found = exactly if exactly.converged else found
+    drawn, sampling, diagnostics = found.drawn, found.sampling, found.diagnostics
     warnings = _warnings(prepared, likelihood, drawn, plan.required_ess)
-    usable = drawn is None or drawn.usable
-    if not converged:
+    if not found.settled:
         warnings.insert(0, _not_converged(sampling, diagnostics))
     return Posterior(
         loop=prepared.loop,
@@ -150,11 +141,11 @@ def sample_posterior(
         prior=likelihood.prior,
         operation=prepared.operation,
         likelihood=likelihood,
-        chains=stored,
-        offset=offset.reshape(stored.shape[:3]),
-        noise_scale=scale.reshape(stored.shape[:3]) / likelihood.widening,
+        chains=found.chains,
+        offset=found.offset.reshape(found.chains.shape[:3]),
+        noise_scale=found.scale.reshape(found.chains.shape[:3]) / likelihood.widening,
         diagnostics=diagnostics,
-        converged=converged and usable,
+        converged=found.converged,
         best=starts[0].point,
         turning_points=prepared.turning_points,
         kept=prepared.kept,
@@ -163,6 +154,66 @@ def sample_posterior(
         sampling=sampling,
         warnings=tuple(warnings),
     )
+
+
+@dataclass(frozen=True)
+class _Sampled:
+    """Draws of one model.
+
+    Attributes
+    ----------
+    chains : (ensembles, steps, walkers, size) of points
+    offset, scale : (draws,) of the angle in rad, of the noise
+    diagnostics, sampling : of the chains
+    settled : whether the chains came to rest
+    drawn : the effects' draws where these were integrated out
+    """
+
+    chains: FloatArray
+    offset: FloatArray
+    scale: FloatArray
+    diagnostics: Diagnostics
+    sampling: dict[str, float]
+    settled: bool
+    drawn: EffectDraws | None
+
+    @property
+    def converged(self) -> bool:
+        """Whether the draws stand for the posterior."""
+        return self.settled and (self.drawn is None or self.drawn.usable)
+
+
+def _sample(
+    exact: LoopLikelihood,
+    linearised: LinearisedEffects | None,
+    starts: list[StartingPoint],
+    rng: np.random.Generator,
+    plan: SamplingPlan,
+    parts: int,
+    executor: Executor | None,
+    progress: Progress,
+) -> _Sampled:
+    """Sample a model, its effects integrated out and drawn after, or with all else."""
+    likelihood = exact if linearised is None else linearised.sampled
+    posterior = RidgePosterior(likelihood)
+    modes = starts if linearised is None else [_without_effects(start) for start in starts]
+    walkers = max(plan.walkers, 2 * likelihood.size)
+    states = initial_states(posterior, modes, rng, parts, walkers=walkers)
+    chains, diagnostics, sampling, settled = sample_until_converged(
+        posterior, states, plan, rng, executor, progress, worth_walkers(modes)
+    )
+    most = plan.stored_steps if linearised is None else min(plan.stored_steps, _WITH_EFFECTS)
+    stored = chains[:, :: -(-chains.shape[1] // most)]
+    flat = stored.reshape(-1, likelihood.size)
+    offset, scale = likelihood.nuisances(flat, rng)
+    if linearised is None:
+        return _Sampled(stored, offset, scale, diagnostics, sampling, settled, None)
+    drawn = linearised.draws(flat, offset, scale, len(stored), rng)
+    sampling |= {"pareto_k": drawn.pareto_k, "weighted_draws_effective": drawn.effective}
+    if drawn.weighted:
+        diagnostics = diagnostics.at_most(drawn.effective)
+    stored = drawn.points.reshape(*stored.shape[:3], exact.size)
+    return _Sampled(stored, drawn.offset, drawn.scale, diagnostics, sampling, settled, drawn)
 
 
 def _warnings(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,14 +15,15 @@ from scipy.stats import multivariate_normal
 from hdprog.config import Drive
 from hdprog.data.coordinates import record_course
 from hdprog.data.loop import Loop
-from hdprog.inference import linearised_effects
+from hdprog.inference import fit_loop, linearised_effects
 from hdprog.inference.effect_starts import effect_starts
 from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.linearised_effects import PARETO_K_LIMIT, EffectDraws, LinearisedEffects
-from hdprog.inference.prepare import prepare
+from hdprog.inference.posterior import Posterior
+from hdprog.inference.prepare import Prepared, prepare
 from hdprog.inference.prior_file import read_prior_file
-from hdprog.inference.starting_points import describe
+from hdprog.inference.starting_points import StartingPoint, describe
 from hdprog.inference.until_converged import QUICK
 from hdprog.physics.course import Course, Scales
 from hdprog.physics.drive_model import predict
@@ -149,23 +152,62 @@ def test_rough_weights_are_said_and_useless_ones_are_not_used(
     assert off.max() > 8  # so the comparison would notice
 
 
-def test_a_fit_whose_weights_have_no_mean_does_not_count_as_converged(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+@lru_cache
+def with_play() -> tuple[Prepared, LoopLikelihood, list[StartingPoint]]:
     rng = np.random.default_rng(7)
     torque: FloatArray = np.interp(np.linspace(0, 3, 121), range(4), (0.0, 80.0, -80.0, 80.0))
     angle = predict(torque, POST_TEST) + 1.5e-4 * np.tanh(torque / 0.7)
     loop = Loop(torque, angle + NOISE * rng.standard_normal(torque.size))
     prepared = prepare(loop, DRIVE, rng, prior=PRIOR)
     likelihood = replace(prepared.likelihood, effects=(BACKLASH,))
-    starts = effect_starts(likelihood, prepared.starts)
-    plan = replace(QUICK, required_ess=100.0)
-    found = sample_posterior(prepared, likelihood, starts, rng, plan=plan)
-    assert found.converged
+    return prepared, likelihood, effect_starts(likelihood, prepared.starts)
+
+
+PLAN = replace(QUICK, required_ess=100.0)
+
+
+def fit_with_play() -> Posterior:
+    prepared, likelihood, starts = with_play()
+    return sample_posterior(prepared, likelihood, starts, np.random.default_rng(4), plan=PLAN)
+
+
+def without_weights(monkeypatch: pytest.MonkeyPatch) -> None:
     for limit in ("PARETO_K_LIMIT", "_WORST_PARETO_K"):
         monkeypatch.setattr(linearised_effects, limit, -10.0)
-    found = sample_posterior(prepared, likelihood, starts, rng, plan=plan)
-    assert found.diagnostics.passes(plan.required_ess)
+
+
+def test_where_weights_do_not_do_the_effects_are_sampled_with_all_else(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The same posterior but for the tail of the play, in which weights of Pareto k 0.7 are rough.
+
+    By two thousand effective draws a median errs by 4 % of its standard deviation, in both.
+    """
+    weighted = fit_with_play()
+    without_weights(monkeypatch)
+    exactly = fit_with_play()
+    assert weighted.converged
+    assert exactly.converged
+    assert "pareto_k" in weighted.sampling
+    assert "pareto_k" not in exactly.sampling
+    assert not any("integrated out" in said for said in exactly.warnings)
+    off = np.median(weighted.points, axis=0) - np.median(exactly.points, axis=0)
+    assert np.abs(off / exactly.points.std(axis=0)).max() < 0.25
+
+
+def test_a_fit_whose_weights_have_no_mean_does_not_count_as_converged(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    without_weights(monkeypatch)
+    really = fit_loop._sample
+
+    def never_at_once(exact: LoopLikelihood, linearised: Any, *others: Any) -> Any:
+        found = really(exact, linearised, *others)
+        return replace(found, settled=linearised is not None)
+
+    monkeypatch.setattr(fit_loop, "_sample", never_at_once)
+    found = fit_with_play()
+    assert found.diagnostics.passes(PLAN.required_ess)
     assert not found.converged
     assert any("do not stand for the posterior" in said for said in found.warnings)
 
