@@ -177,6 +177,7 @@ def forecast(
         paths = trend.wandering_paths(hours, rng, _TOGETHER, load_factor, wear_ends=wear_ends)
         return [margins(limit, paths, trend.prior, operation, trend.followed) for limit in limits]
 
+    # From the same random numbers as the first part: what differs is the end of wear alone.
     endless = part(deepcopy(rng), wear_ends=False)
     parts = [part(rng) for _ in range(_DRAWS // _TOGETHER)]
     each = [Margins.joined(of_one) for of_one in zip(*parts, strict=True)]

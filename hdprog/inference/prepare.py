@@ -112,7 +112,7 @@ def prepare(
         turning_points=points,
         kept=~found.out,
         record_course=levelled_record.whole,
-        noise_floor=found.noise_floor(levelled_record),
+        noise_floor=found.noise_floor,
         warnings=tuple(warnings),
     )
 

@@ -94,12 +94,19 @@ class SoundRecord:
         slope = np.interp(np.arange(len(self.loop)), reduced.position, slope)
         return self.loop.angle - _best_angle(likelihood.at_course(self.whole), start), slope
 
-    def out(self, likelihood: LoopLikelihood, start: StartingPoint) -> NDArray[np.bool_]:
+    def out(self, residual: FloatArray, slope: FloatArray) -> NDArray[np.bool_]:
         """(samples,) readings to set aside: wrong ones, and spikes in what a mode leaves."""
-        residual, slope = self.residual(likelihood, start)
         step = float(np.median(slope * np.abs(np.gradient(self.loop.torque))))
         sd = reading_sd(slope, *self.noise)
         return self.wrong | spikes(residual, sd, self.points, step, self.loop.torque)
+
+    def noise_floor(
+        self, residual: FloatArray, slope: FloatArray, kept: NDArray[np.bool_]
+    ) -> float:
+        """Scatter in rad of neighbouring residuals; see `measured_noise.noise_floor`."""
+        time = None if self.loop.time is None else self.loop.time[kept]
+        rounding = rounding_noise(self.loop, self.drive.noise)
+        return noise_floor(residual[kept], time, slope[kept], self.noise, rounding)
 
 
 @dataclass(frozen=True)
@@ -111,19 +118,13 @@ class SoundReduction:
     likelihood : of the drive model alone, noise white
     starts : its modes, best first
     out : (samples,) readings that were set aside
+    noise_floor : scatter of neighbouring residuals about a smooth course, in rad
     """
 
     likelihood: LoopLikelihood
     starts: list[StartingPoint]
     out: NDArray[np.bool_]
-
-    def noise_floor(self, record: SoundRecord) -> float:
-        """Scatter in rad of neighbouring residuals; see `measured_noise.noise_floor`."""
-        kept, time = ~self.out, record.loop.time
-        residual, slope = record.residual(self.likelihood, self.starts[0])
-        rounding = rounding_noise(record.loop, record.drive.noise)
-        beside = None if time is None else time[kept]
-        return noise_floor(residual[kept], beside, slope[kept], record.noise, rounding)
+    noise_floor: float
 
 
 def sound_reduction(record: SoundRecord, rng: np.random.Generator) -> SoundReduction:
@@ -138,7 +139,7 @@ def sound_reduction(record: SoundRecord, rng: np.random.Generator) -> SoundReduc
     reduced = record.reduced(~record.wrong, blocks)
     likelihood = record.white(reduced, reduced.angle)
     starts = starting_points(likelihood, rng)
-    out = record.out(likelihood, starts[0])
+    out = record.out(*record.residual(likelihood, starts[0]))
     described = _misfit(likelihood, starts[0]) < _DESCRIBED
     blocks = enough_blocks(record.loop.torque, record.points) if described else blocks
     averaged = reduced.path.variance is not None
@@ -150,12 +151,14 @@ def sound_reduction(record: SoundRecord, rng: np.random.Generator) -> SoundReduc
         likelihood = record.white(replace(reduced, angle=reduced.angle - bent), fitted)
         known = [start.point for start in starts]
         starts = starting_points(likelihood, rng, starts=3, known=known)
-        found = record.out(likelihood, starts[0])
+        residual, slope = record.residual(likelihood, starts[0])
+        found = record.out(residual, slope)
         settled = (found == out).all() and _settled(likelihood, starts[0], bent)
         if settled or attempt == _ATTEMPTS - 1:
             break
         out = found
-    return SoundReduction(likelihood, starts, out)
+    floor = record.noise_floor(residual, slope, ~out)
+    return SoundReduction(likelihood, starts, out, floor)
 
 
 def _misfit(likelihood: LoopLikelihood, start: StartingPoint) -> float:

@@ -12,17 +12,18 @@ _COUNTS = 0.05  # of probability that a limit would be passed but for the end of
 
 def end_of_wear(result: DriveResult) -> str:
     """Say how much surer the limits would be passed if wear came to no end; "" if hardly."""
-    held = [one for one in outlook.limited(result.forecasts) if _counts(one)]
-    if not held:
-        return ""
     told = [
-        f"{_figure(one)} {percent(_without_end(one))} instead of "
+        f"{quantity(one.limit.key).name} {percent(_without_end(one))} instead of "
         f"{percent(one.probability_crossed_by_horizon)}"
-        for one in held
+        for one in result.forecasts
+        if one.limit is not None and _counts(one)
     ]
+    if not told:
+        return ""
+    by = hours(result.forecasts[0].horizon_hours)
     return (
         "Where wear comes to an end is an assumption that no test of this drive bears out. If it "
-        f"comes to none, the risk by {hours(held[0].horizon_hours)} is for {listed(told)}."
+        f"comes to none, the risk by {by} is for {listed(told)}."
     )
 
 
@@ -45,9 +46,3 @@ def _counts(forecast: Forecast) -> bool:
 def _without_end(forecast: Forecast) -> float:
     held_up = forecast.probability_held_up_by_end_of_wear
     return min(forecast.probability_crossed_by_horizon + held_up, 1.0)
-
-
-def _figure(forecast: Forecast) -> str:
-    if forecast.limit is None:
-        raise ValueError("the first of all limits has no figure of its own")
-    return quantity(forecast.limit.key).name

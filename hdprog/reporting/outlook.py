@@ -14,6 +14,7 @@ from hdprog.reporting.words import figure_interval, quantity, threshold_words
 from hdprog.results import LEVELS, DriveResult, FigureTrend, Forecast, since_replaced
 
 AT_ONCE = 2.0  # service hours ahead that no plan tells from now
+NOW = "now"
 Inspection = Literal["now", "by a date", "not due", "no date yet"]
 
 _FAR_TAIL = 0.1  # of the middle of remaining life
@@ -171,8 +172,8 @@ def next_test_hours(result: DriveResult) -> float | None:
     return now + (forecast.horizon_hours - now) / 2.0
 
 
-def test_words(result: DriveResult, at: float) -> tuple[str, bool]:
-    """Say by when to test again, and whether that is now.
+def next_test_words(result: DriveResult, at: float) -> str:
+    """Say by when to test again, or `NOW`.
 
     A wait that is short beside those between the tests so far is none: a test now, the drive
     mounted anew, tells as much of it.
@@ -185,8 +186,8 @@ def test_words(result: DriveResult, at: float) -> tuple[str, bool]:
     if main is None:
         raise ValueError("nothing was forecast")
     if dated(result) and at - main.now_hours <= _SHORT_WAIT * _longest_interval(result):
-        return "now", True
-    return f"by {hours(rounded_date(main, at))}", False
+        return NOW
+    return f"by {hours(rounded_date(main, at))}"
 
 
 def _longest_interval(result: DriveResult) -> float:

@@ -212,10 +212,10 @@ def _outlook(result: DriveResult, main: Forecast) -> tuple[Status, list[str]]:
     sentences += kept_by_the_end(result) + _shutdown(result, main) + _rests_on(result)
     at = outlook.next_test_hours(result)
     if at is not None:
-        when, at_once = outlook.test_words(result, at)
+        when = outlook.next_test_words(result, at)
         why = (
             ", the joint mounted anew: the date is too near for waiting to tell more"
-            if at_once
+            if when == outlook.NOW
             else ""
         )
         sentences.append(f"Test again {when}{why}.")

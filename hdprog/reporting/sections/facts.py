@@ -43,8 +43,8 @@ def facts(result: DriveResult) -> list[Fact]:
             note = "half-way to the inspection"
         else:
             note = "no inspection is due before the horizon; this keeps watch"
-        when, at_once = outlook.test_words(result, at)
-        if at_once:
+        when = outlook.next_test_words(result, at)
+        if when == outlook.NOW:
             note = f"the inspection is due within {hours(2.0 * (at - main.now_hours))}"
         found.append(Fact("Test again", when, note))
     found.append(_last_test(result))
