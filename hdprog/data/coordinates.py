@@ -12,6 +12,7 @@ from hdprog.data.noise_level import channel_noise, quantisation_step
 from hdprog.physics.course import Course, Scales
 from hdprog.physics.parameters import FloatArray
 from hdprog.physics.torque_path import TorquePath
+from hdprog.physics.warm_up import WarmUp
 
 _CERTAIN = 0.05  # share of a stretch's mean rate to which noise may blur the rate
 _WIDEST = 1 / 4  # of a stretch
@@ -37,9 +38,11 @@ def record_course(loop: Loop, path: TorquePath, torque_noise: float) -> Course:
         speed = loading_rate(loop.output_angle, loop.time, path.starts, noise)
     temperature = None if loop.temperature is None else denoised(loop.temperature)
     step = quantisation_step(loop.angle)
+    order = np.linspace(0.0, 1.0, count)
+    clock = order if loop.time is None else loop.time / loop.time[-1]
     return Course(
         path=path,
-        order=np.linspace(0.0, 1.0, count),
+        order=order,
         time=loop.time,
         rate=rate,
         temperature=temperature,
@@ -52,8 +55,7 @@ def record_course(loop: Loop, path: TorquePath, torque_noise: float) -> Course:
             sweep=None if loop.output_angle is None else float(np.ptp(loop.output_angle)),
             readings=count,
             output_middle=None if loop.output_angle is None else float(loop.output_angle.mean()),
-            coldest=None if temperature is None else float(temperature.min()),
-            warming=None if temperature is None else float(np.ptp(temperature)),
+            warm_up=None if temperature is None else WarmUp.nearest(clock, temperature),
             angle_step=step,
             angle_error=None if step is None else channel_noise(loop.angle, loop.time),
         ),

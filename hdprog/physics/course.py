@@ -9,6 +9,7 @@ import numpy as np
 
 from hdprog.physics.parameters import FloatArray
 from hdprog.physics.torque_path import TorquePath
+from hdprog.physics.warm_up import WarmUp
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Scales:
     sweep : range of the absolute output position in rad; None where it was not recorded
     output_middle : mean absolute output position in rad, from which its lines' phases count; None
         where it was not recorded
-    coldest, warming : lowest temperature and its range in °C, None where it was not recorded
+    warm_up : nearest to the temperature; None where it was not recorded or hardly moves
     angle_step : resolution of the angle's readings in rad; None where none shows
     angle_error : standard deviation of their error beside such steps, these included, in rad
     readings : number of values along the record, which bounds what frequency can be seen
@@ -37,8 +38,7 @@ class Scales:
     sweep: float | None
     readings: int
     output_middle: float | None = None
-    coldest: float | None = None
-    warming: float | None = None
+    warm_up: WarmUp | None = None
     angle_step: float | None = None
     angle_error: float | None = None
 
@@ -85,6 +85,16 @@ class Course:
         if self.time is None or self.scales.duration is None:
             return self.order
         return self.time / self.scales.duration
+
+    @cached_property
+    def temperature_beside(self) -> FloatArray | None:
+        """(samples,) what the temperature does beside its warm-up, by the record's own scale.
+
+        None where it tells nothing.
+        """
+        if self.temperature is None or self.scales.warm_up is None:
+            return None
+        return self.scales.warm_up.beside(self.clock, self.temperature)
 
     @cached_property
     def turned_at(self) -> FloatArray:

@@ -21,6 +21,7 @@ from hdprog.physics.first_order import follow, follow_two, resolved
 from hdprog.physics.lag_elements import exponential_lag, jenkins
 from hdprog.physics.parameters import FloatArray, Parameters
 from hdprog.physics.torque_path import TorquePath
+from hdprog.physics.warm_up import WarmUp, warm_up
 from tests.physics.table2 import POST_TEST
 
 ALPHA = math.radians(30)
@@ -331,14 +332,38 @@ def test_creep_lags_a_slow_ramp_by_its_time_constants() -> None:
     assert found[-1] == pytest.approx(2e-5 * (1 - 0.5 * 5 / 1000 - 0.5 * 40 / 1000), rel=1e-6)
 
 
-def test_thermal_drift_follows_the_recorded_temperature() -> None:
-    torque, time = zigzag(0, 50, -50, 0), np.linspace(0, 90, 121)
-    temperature = 21 + time / 30
-    warmth = (temperature - temperature.min()) / np.ptp(temperature)
-    values = {"drift": 4e-5, "softening": -1e-5, "time_constant": 0.4}
-    found = added("thermal_drift", course_of(torque, time, temperature), **values)
-    wanted = (4e-5 - 1e-5 * torque / 50) * warmth
+WARMING_COURSES = {
+    "evenly": lambda clock: 21 + 3 * clock,
+    "as a warm-up": lambda clock: 21 + 3 * (1 - np.exp(-clock / 0.3)),
+    "cooling": lambda clock: 27 - 4 * (1 - np.exp(-clock / 0.2)),
+    "swinging": lambda clock: 21 + 2 * np.sin(14 * clock),
+}
+
+
+@pytest.mark.parametrize("name", WARMING_COURSES)
+def test_thermal_drift_follows_the_recorded_temperature(name: str) -> None:
+    torque, clock = zigzag(0, 50, -50, 0), np.linspace(0, 1, 121)
+    course = course_of(torque, 90 * clock, WARMING_COURSES[name](clock))
+    assert course.temperature is not None
+    near = course.scales.warm_up
+    assert near is not None
+    values = {"drift": 4e-5, "softening": -1e-5, "temperature_gain": 1.0}
+    found = added("thermal_drift", course, time_constant=near.constant, **values)
+    wanted = (4e-5 - 1e-5 * torque / 50) * (course.temperature - near.level) / near.rise
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-18)
+
+
+def test_a_temperature_that_warms_up_has_nothing_beside_its_warm_up() -> None:
+    """So that nothing is left open between the two, whichever way it goes."""
+    clock = np.linspace(0, 1, 1201)
+    for rise, constant in ((3.0, 0.3), (-4.0, 0.1), (1.0, 2.0)):
+        curve = warm_up(clock, np.array([[constant]]))[0]
+        found = WarmUp.nearest(clock, 21 + rise * curve)
+        assert found is not None
+        assert found.rise == pytest.approx(rise, rel=0.02)
+        assert found.constant == pytest.approx(constant, rel=0.08)
+        assert np.abs(found.beside(clock, 21 + rise * curve)).max() < 0.02
+    assert WarmUp.nearest(clock, 21 + 0.3 * clock) is None
 
 
 @pytest.mark.parametrize("timed", [True, False])
@@ -525,7 +550,7 @@ def test_thermal_drift_is_the_same_for_readings_and_for_their_averages() -> None
     assert course.temperature is not None
     blocks = course.temperature[:3000].reshape(100, 30).mean(axis=1)
     averaged = replace(course_of(torque[15::30], time[15::30], blocks), scales=course.scales)
-    values = {"drift": 4e-5, "softening": 0.0, "time_constant": 0.4}
+    values = {"drift": 4e-5, "softening": 0.0, "time_constant": 0.4, "temperature_gain": 1.0}
     found = added("thermal_drift", course, **values)[:3000].reshape(100, 30).mean(axis=1)
     # The mean over a fortieth of the record, taken twice: at the ends over fewer readings.
     np.testing.assert_allclose(added("thermal_drift", averaged, **values), found, atol=2e-6)
@@ -547,11 +572,12 @@ def test_rounding_of_a_coarse_encoder_is_no_ripple() -> None:
 def test_thermal_drift_may_follow_time_beside_a_temperature_that_moves() -> None:
     torque, time = zigzag(0, 60, -60, 60), np.arange(121.0)
     course = course_of(torque, time, 20 + np.sin(time / 9))
+    assert course.temperature_beside is not None
     values = {"drift": 4e-5, "softening": 0.0, "time_constant": 0.4}
     alone = added("thermal_drift", course_of(torque, time), **values)
-    warm = added("thermal_drift", course, **values)
-    for share, wanted in ((0.0, alone), (1.0, warm), (0.25, 0.75 * alone + 0.25 * warm)):
-        found = added("thermal_drift", course, temperature_share=share, **values)
+    for gain in (0.0, 0.25, 1.0):
+        found = added("thermal_drift", course, temperature_gain=gain, **values)
+        wanted = alone + gain * 4e-5 * course.temperature_beside
         np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-18)
     # Tests of a drive have the same parameters, whether or not their temperatures tell anything.
     names = [

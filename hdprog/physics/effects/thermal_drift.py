@@ -13,17 +13,17 @@ from hdprog.physics.effects.base import (
     signed_amplitude,
 )
 from hdprog.physics.parameters import FloatArray
-
-_TELLING = 0.5  # °C: a recorded temperature that moves less says nothing about a drift
-_SHARES = (-0.05, 1.05)  # all and nothing lie inside
+from hdprog.physics.warm_up import warm_up
 
 
 class ThermalDrift(Effect):
     """(d + g·T/T_max)·ϑ: the zero drifts by d, the angle under load by g.
 
     ϑ is the warm-up curve (1 − exp(−t/τ))/(1 − exp(−D/τ)) of a first-order system over the duration
-    D. Where a temperature was recorded and moves, ϑ is a mean of the two, with the weight p for the
-    temperature, scaled to 0 … 1: its sensor need not be where the rig warms up.
+    D. Where a temperature was recorded and moves, q times what it does beside its own nearest such
+    curve is added: q is 1 where the drift follows the temperature, and 0 where it does not, for its
+    sensor need not be where the rig warms up. A share of the whole temperature would leave open
+    how it divides between two curves that are as good as one.
     """
 
     id = "thermal_drift"
@@ -31,8 +31,7 @@ class ThermalDrift(Effect):
     advice = "Let the rig and the drive warm up before the test, and record the temperature."
 
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
-        """Zero drift d and g in rad, τ in parts of the record, p."""
-        telling = scales.warming is not None and scales.warming > _TELLING
+        """Zero drift d and g in rad, τ in parts of the record, q."""
         return (
             signed_amplitude("drift", "of the angle's zero over the record", scales),
             either_sign(
@@ -41,7 +40,7 @@ class ThermalDrift(Effect):
             EffectParameter(
                 "time_constant",
                 "of the record",
-                "of the warm-up, of what does not follow a temperature",
+                "of the warm-up",
                 "log",
                 0.5,
                 0.8,
@@ -49,34 +48,19 @@ class ThermalDrift(Effect):
             ),
             # Of every record, so that the tests of a drive have the same parameters.
             EffectParameter(
-                "temperature_share",
+                "temperature_gain",
                 "-",
-                "part that follows the temperature, where one was recorded; the rest follows time",
-                "between",
-                *_SHARES,
-                grid=(-1.5, 1.5) if telling else (0.0,),
+                "by which the drift follows what a recorded temperature does beside a warm-up",
+                "normal",
+                0.5,
+                0.5,
+                grid=(0.0,) if scales.warm_up is None else (-1.0, 1.0),
             ),
         )
 
     def evaluate(self, course: Course, values: Values, angle: FloatArray) -> FloatArray:
         """See `Effect.evaluate`."""
-        warmth = warming(course, values["time_constant"], values.get("temperature_share", 1.0))
+        warmth = warm_up(course.clock, values["time_constant"])
+        if course.temperature_beside is not None:
+            warmth += values["temperature_gain"] * course.temperature_beside
         return np.asarray((values["drift"] + values["softening"] * course.load) * warmth)
-
-
-def warming(course: Course, constant: FloatArray, share: FloatArray | float = 1.0) -> FloatArray:
-    """ϑ along the course, (draws, samples), where a share of it follows the temperature, if known.
-
-    Parameters
-    ----------
-    course : the record's coordinates
-    constant : (draws, 1) τ
-    share : (draws, 1) p
-    """
-    by_time = np.asarray(np.expm1(-course.clock / constant) / np.expm1(-1 / constant))
-    temperature, coldest, gained = course.temperature, course.scales.coldest, course.scales.warming
-    if temperature is None or coldest is None or gained is None or gained <= _TELLING:
-        return by_time
-    # By the record's own scale, whichever of its readings or their averages are asked for.
-    by_temperature = (temperature - coldest) / gained
-    return np.asarray(by_time + share * (by_temperature - by_time))
