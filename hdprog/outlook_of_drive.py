@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -12,7 +12,7 @@ from hdprog.config import Drive
 from hdprog.data.drive_folder import DriveFolder
 from hdprog.data.finished_runs import FinishedRun, FinishedRuns
 from hdprog.discovery.drive import brought_by_wear, lasting_effects
-from hdprog.forecast.crossing import forecast
+from hdprog.forecast.crossing import begin_forecast
 from hdprog.inference.posterior import Posterior
 from hdprog.physics.effects.base import Effect
 from hdprog.physics.figures import Operation
@@ -25,6 +25,7 @@ from hdprog.trend.loop_evidence import FittedLoop
 from hdprog.trend.steady_pace import SteadySaid, Told
 from hdprog.trend.sudden_steps import came_at_once
 from hdprog.trend.summary import summarise
+from hdprog.trend.trend import Trend
 from hdprog.trend.wear_clock import load_hours_of, pace_of_load
 from hdprog.trend.wear_prior import WearPrior
 from hdprog.trend.what_tests_say import told_early
@@ -32,11 +33,15 @@ from hdprog.trend.what_tests_say import told_early
 
 @dataclass(frozen=True)
 class Outlook:
-    """A trend in numbers, first crossings as things are, and under other loads."""
+    """A trend in numbers, first crossings as things are, under other loads, and without effects.
+
+    The last are there where they were asked for.
+    """
 
     trend: TrendSummary
     forecasts: tuple[Forecast, ...]
     scenarios: tuple[LoadScenario, ...]
+    without_effects: tuple[Forecast, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -49,6 +54,7 @@ class OutlookUnderWay:
     trend : under way
     others : finished runs of other drives of the fleet to learn from; None for none
     seed : of the forecasts
+    executor : follows parts of the forecasts' paths side by side; in this process if None
     """
 
     drive: Drive
@@ -56,43 +62,51 @@ class OutlookUnderWay:
     trend: TrendUnderWay
     others: FinishedRuns | None
     seed: np.random.SeedSequence
+    executor: Executor | None
 
-    def outlook(self, loads: Sequence[float]) -> Outlook:
+    def outlook(self, loads: Sequence[float], beside: OutlookUnderWay | None = None) -> Outlook:
         """Wait for the trend and forecast the limits.
 
         Parameters
         ----------
         loads : torques to come over the torque so far, forecast from the same random numbers
+        beside : whose forecasts are asked for, too
         """
         rng = np.random.default_rng(self.seed)
         # Beside the processes that sample the loops.
         early = told_early(self.trend.linearised, rng.spawn(1)[0], self.drive.alpha)
         trend = self.trend.finished()
-        forecasts = forecast(trend, self.drive, self.operation, rng)
-        scenarios = tuple(
-            LoadScenario(
-                load,
-                forecast(
-                    trend,
-                    self.drive,
-                    self.operation,
-                    np.random.default_rng(self.seed),
-                    load_factor=pace_of_load(load),
-                ),
-            )
+        numbers = rng.spawn(1)[0]
+        under_way = self._begin(trend, rng)
+        others = [
+            self._begin(trend, np.random.default_rng(self.seed), pace_of_load(load))
             for load in loads
-        )
-        summary = summarise(trend, self.drive, self.operation, rng, early)
+        ]
+        without = None if beside is None else beside.begin_forecasts()
+        # Beside the processes that follow the paths.
+        summary = summarise(trend, self.drive, self.operation, numbers, early)
         if summary.fleet is not None and self.others is not None:
             fleet = replace(summary.fleet, left_out=self.others.left_out)
             said = (*summary.warnings, *self.others.doubts)
             summary = replace(summary, fleet=fleet, warnings=said)
-        return Outlook(summary, forecasts, scenarios)
+        scenarios = zip(loads, others, strict=True)
+        return Outlook(
+            summary,
+            under_way(),
+            tuple(LoadScenario(load, forecasts()) for load, forecasts in scenarios),
+            None if without is None else without(),
+        )
 
-    def forecasts(self) -> tuple[Forecast, ...]:
-        """Wait for the trend; its forecasts alone."""
-        rng = np.random.default_rng(self.seed)
-        return forecast(self.trend.finished(), self.drive, self.operation, rng)
+    def begin_forecasts(self) -> Callable[[], tuple[Forecast, ...]]:
+        """Wait for the trend and begin its forecasts alone."""
+        return self._begin(self.trend.finished(), np.random.default_rng(self.seed))
+
+    def _begin(
+        self, trend: Trend, rng: np.random.Generator, load_factor: float = 1.0
+    ) -> Callable[[], tuple[Forecast, ...]]:
+        return begin_forecast(
+            trend, self.drive, self.operation, rng, load_factor, executor=self.executor
+        )
 
 
 def effects_to_follow(
@@ -135,7 +149,8 @@ def begin_outlook(
     others : finished runs of other drives of the fleet to learn from; None for none
     seeds : of the trend, and of the forecasts
     quick : fewer draws
-    executor : samples loops and trend in parts side by side; in this process if None
+    executor : samples loops and trend in parts side by side, and follows paths; in this process
+        if None
     joint_effort : of that; what `quick` says if None
     """
     evidence = _evidence(folder, posteriors, lasting)
@@ -150,7 +165,7 @@ def begin_outlook(
         joint_effort=joint_effort,
         executor=executor,
     )
-    return OutlookUnderWay(folder.drive, posteriors[0].operation, trend, others, seeds[1])
+    return OutlookUnderWay(folder.drive, posteriors[0].operation, trend, others, seeds[1], executor)
 
 
 def begin_beside(
@@ -159,6 +174,7 @@ def begin_beside(
     wear_prior: WearPrior,
     others: FinishedRuns | None,
     seeds: Sequence[np.random.SeedSequence],
+    executor: Executor | None,
 ) -> OutlookUnderWay:
     """Begin forecasts for comparison, over posteriors without effects.
 
@@ -166,7 +182,7 @@ def begin_beside(
     change is little. Parameters as in `begin_outlook`.
     """
     return begin_outlook(
-        folder, posteriors, (), wear_prior, others, seeds, True, None, joint_effort=NONE
+        folder, posteriors, (), wear_prior, others, seeds, True, executor, joint_effort=NONE
     )
 
 

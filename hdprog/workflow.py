@@ -305,10 +305,10 @@ def run(
             explanation = explain_drive(traced, closed, [test.event for test in folder.tests])
             if explanation.effects and folder.drive.limits:
                 before = tuple(one.before for one in closed)
-                beside = begin_beside(folder, before, *shared)
-        found = ahead.outlook(loads)
+                beside = begin_beside(folder, before, *shared, executor)
+        found = ahead.outlook(loads, beside)
         if explanation is not None:
-            without = found.forecasts if beside is None else beside.forecasts()
+            without = found.without_effects or found.forecasts
             explanation = _with_outlook(explanation, without, found.trend, found.forecasts)
     seconds["outlook"] = time.perf_counter() - started
     progress("trend", parts, parts)

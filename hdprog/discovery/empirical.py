@@ -41,8 +41,9 @@ def with_unknown(
     """
     remaining = list(spread(term_gains, models)) if remaining is None else remaining
     gain, named = over_threshold(remaining), any(model.ids for model in models)
-    if gain <= 0 and not named:
-        return list(bases)
+    if gain <= 0:
+        # Where no curve is left beside the mechanisms, none does better in their place.
+        return list(models) if named else list(bases)
     wider = _with_term(models, remaining, rngs, spread)
     if not named:
         return wider

@@ -18,7 +18,7 @@ from hdprog.discovery.model import CORRELATED_PENALTY, Model
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.prepare import noise_about
 from hdprog.inference.smooth_term import FEATURES, LENGTHS, SmoothTerm, basis_of, spectrum
-from hdprog.inference.starting_points import starting_points
+from hdprog.inference.starting_points import descend_all, describe, starting_points
 from hdprog.physics.coordinates import coordinates
 from hdprog.physics.parameters import FloatArray
 
@@ -189,20 +189,21 @@ def with_term(model: Model, gain: TermGain, rng: np.random.Generator) -> Model:
     """The model with an empirical term; its modes, its noise and the term's size found anew."""
     noise = model.likelihood.noise
     plain = replace(model.likelihood, noise=noise.as_white if gain.white else noise)
+    # Its modes are sought everywhere once: what the curve takes over held the parameters elsewhere.
     best = _joined(Model(plain, model.starts), gain.coordinate, rng)
     for _ in range(_ROUNDS):
         plain = replace(plain, noise=noise_about(best.likelihood, best.start))
-        better = _joined(Model(plain, best.starts), gain.coordinate, rng)
+        better = _joined(Model(plain, best.starts), gain.coordinate)
         if better.log_evidence <= best.log_evidence:
             break
         best = better
     return best
 
 
-def _joined(model: Model, coordinate: str, rng: np.random.Generator) -> Model:
+def _joined(model: Model, coordinate: str, rng: np.random.Generator | None = None) -> Model:
     """The model with a term of the size that its residual asks for.
 
-    Its modes are sought everywhere: what the curve takes over held the parameters elsewhere.
+    With a generator its modes are sought from all over the prior as well.
     """
     likelihood, course = model.likelihood, model.likelihood.reduced.course
     values = coordinates(course)[coordinate]
@@ -211,4 +212,7 @@ def _joined(model: Model, coordinate: str, rng: np.random.Generator) -> Model:
     term = SmoothTerm(coordinate, low, high, spread)
     added = replace(likelihood, noise=likelihood.noise.with_term(term, course))
     known = [start.point for start in model.starts[:2]]
-    return Model(added, tuple(starting_points(added, rng, known=known)))
+    if rng is not None:
+        return Model(added, tuple(starting_points(added, rng, known=known)))
+    found = descend_all(added, known) or [describe(added, known[0])]
+    return Model(added, tuple(sorted(found, key=lambda start: start.deviance)))

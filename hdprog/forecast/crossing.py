@@ -8,8 +8,8 @@ carried along each path, so nothing is lost between the times of the grid.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from copy import deepcopy
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from hdprog.config import Drive, ForecastSettings, Limit
 from hdprog.errors import BadInputError
 from hdprog.forecast.limits import Margins, margins
+from hdprog.parallel import begin
 from hdprog.physics.figures import Operation
 from hdprog.physics.parameters import FloatArray
 from hdprog.results import LEVELS, Forecast
@@ -24,6 +25,7 @@ from hdprog.trend.trend import Trend
 
 _DRAWS = 4000  # paths: the 95 % point of a few hundred of them is anywhere
 _TOGETHER = 500  # a whole part of them, which stays in the processor's cache
+_JOBS = 2  # that the parts are divided into, which may run side by side
 _TIMES = 140
 _DENSER = 5.0  # log of how much longer the grid's last step is than its first
 _SETTLED = 0.5
@@ -45,6 +47,12 @@ class Crossing:
     probability: FloatArray
     already: bool
     paths: int
+
+    @staticmethod
+    def of_survival(hours: FloatArray, survival: FloatArray, past: float, paths: int) -> Crossing:
+        """From the chance (times,) of no crossing so far, and the share of paths past it at now."""
+        probability = np.maximum.accumulate(1.0 - survival)
+        return Crossing(hours, np.clip(probability, 0.0, 1.0), past > _SETTLED, paths)
 
     def by(self, hours: float) -> float:
         """Probability of having crossed by service hours."""
@@ -121,9 +129,7 @@ def first_crossing(
     survived = _survival(limits)
     past = survived[:, 0] == 0.0
     kept = survived[~past] if survived_so_far and not past.all() else survived
-    probability = np.maximum.accumulate(1.0 - kept.mean(axis=0))
-    already = bool(past.mean() > _SETTLED)
-    return Crossing(hours, np.clip(probability, 0.0, 1.0), already, len(kept))
+    return Crossing.of_survival(hours, kept.mean(axis=0), float(past.mean()), len(kept))
 
 
 def _survival(limits: Sequence[Margins]) -> FloatArray:
@@ -146,14 +152,63 @@ def _stays(limit: Margins) -> FloatArray:
         return np.asarray(1.0 - np.exp(-2.0 * room[:, :-1] * room[:, 1:] / variance))
 
 
-def forecast(
+@dataclass(frozen=True)
+class _Question:
+    """What is asked of paths, whichever their random numbers.
+
+    Attributes
+    ----------
+    trend, operation, load_factor : as in `begin_forecast`
+    limits : of the drive
+    hours : (times,) service hours, now first
+    """
+
+    trend: Trend
+    operation: Operation
+    load_factor: float
+    limits: tuple[Limit, ...]
+    hours: FloatArray
+
+    @property
+    def which(self) -> list[tuple[Limit | None, slice]]:
+        """Every limit, and None for the first of them where there are more, with their places."""
+        each: list[tuple[Limit | None, slice]] = [
+            (limit, slice(at, at + 1)) for at, limit in enumerate(self.limits)
+        ]
+        return [*each, (None, slice(None))] if len(each) > 1 else each
+
+    def survivals(
+        self, parts: Sequence[tuple[np.random.SeedSequence, bool]]
+    ) -> list[list[FloatArray]]:
+        """Chance (times,) of no crossing so far, of every limit, over paths part by part.
+
+        Parameters
+        ----------
+        parts : random numbers of each, and whether wear comes to its end there
+        """
+        return [self._survival(np.random.default_rng(seed), ends) for seed, ends in parts]
+
+    def _survival(self, rng: np.random.Generator, wear_ends: bool) -> list[FloatArray]:
+        trend = self.trend
+        paths = trend.wandering_paths(
+            self.hours, rng, _TOGETHER, self.load_factor, wear_ends=wear_ends
+        )
+        each = [
+            margins(limit, paths, trend.prior, self.operation, trend.followed)
+            for limit in self.limits
+        ]
+        return [_survival(each[of]).mean(axis=0) for _, of in self.which]
+
+
+def begin_forecast(
     trend: Trend,
     drive: Drive,
     operation: Operation,
     rng: np.random.Generator,
     load_factor: float = 1.0,
-) -> tuple[Forecast, ...]:
-    """Forecast the first crossing of every limit, and of the first of them where there are more.
+    executor: Executor | None = None,
+) -> Callable[[], tuple[Forecast, ...]]:
+    """Begin to forecast the first crossing of every limit, and of the first of them.
 
     Parameters
     ----------
@@ -162,37 +217,57 @@ def forecast(
     operation : what the figures refer to
     rng : source of randomness
     load_factor : pace of wear's clock from now on over the pace so far, e.g. 0.8³ at 80 % torque
+    executor : follows parts of the paths side by side; in this process if None
+
+    Returns
+    -------
+    a function that waits for the forecasts
 
     Raises
     ------
     BadInputError
         if the horizon is not after the last test
     """
-    now, limits, settings = trend.now_hours, drive.limits, drive.forecast
-    hours = forecast_hours(now, settings.horizon_hours, settings.next_shutdown_hours)
+    settings, limits = drive.forecast, drive.limits
+    hours = forecast_hours(trend.now_hours, settings.horizon_hours, settings.next_shutdown_hours)
     if not limits:
-        return ()
-
-    def part(rng: np.random.Generator, *, wear_ends: bool = True) -> list[Margins]:
-        paths = trend.wandering_paths(hours, rng, _TOGETHER, load_factor, wear_ends=wear_ends)
-        return [margins(limit, paths, trend.prior, operation, trend.followed) for limit in limits]
-
+        return tuple
+    asked = _Question(trend, operation, load_factor, limits, hours)
+    whole = np.random.SeedSequence(rng.integers(0, 2**32, size=4).tolist())
+    seeds = whole.spawn(_DRAWS // _TOGETHER)
     # From the same random numbers as the first part: what differs is the end of wear alone.
-    endless = part(deepcopy(rng), wear_ends=False)
-    parts = [part(rng) for _ in range(_DRAWS // _TOGETHER)]
-    each = [Margins.joined(of_one) for of_one in zip(*parts, strict=True)]
-    which: list[tuple[Limit | None, slice]] = [
-        (limit, slice(at, at + 1)) for at, limit in enumerate(limits)
+    parts = [(seeds[0], False), *((seed, True) for seed in seeds)]
+    jobs = [
+        begin(executor, asked.survivals, [parts[at] for at in places])
+        for places in np.array_split(np.arange(len(parts)), _JOBS)
     ]
-    if len(limits) > 1:
-        which.append((None, slice(None)))
-    found = []
-    for limit, of in which:
-        ended, without_end = (first_crossing(hours, one[of]) for one in (parts[0], endless))
-        horizon = settings.horizon_hours
-        held_up = max(without_end.by(horizon) - ended.by(horizon), 0.0)
-        found.append(_result(limit, first_crossing(hours, each[of]), settings, held_up))
-    return tuple(found)
+
+    def forecasts() -> tuple[Forecast, ...]:
+        endless, *ended = [one for job in jobs for one in job.result()]
+        found = []
+        for place, (limit, _) in enumerate(asked.which):
+            survival = np.mean([one[place] for one in ended], axis=0)
+            whole, ending, without_end = (
+                Crossing.of_survival(hours, one, 1.0 - float(one[0]), _DRAWS)
+                for one in (survival, ended[0][place], endless[place])
+            )
+            horizon = settings.horizon_hours
+            held_up = max(without_end.by(horizon) - ending.by(horizon), 0.0)
+            found.append(_result(limit, whole, settings, held_up))
+        return tuple(found)
+
+    return forecasts
+
+
+def forecast(
+    trend: Trend,
+    drive: Drive,
+    operation: Operation,
+    rng: np.random.Generator,
+    load_factor: float = 1.0,
+) -> tuple[Forecast, ...]:
+    """Forecast as `begin_forecast` does, here and now."""
+    return begin_forecast(trend, drive, operation, rng, load_factor)()
 
 
 def _result(

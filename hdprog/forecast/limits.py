@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,14 +32,6 @@ class Margins:
 
     margin: FloatArray
     wander: FloatArray
-
-    @staticmethod
-    def joined(parts: Sequence[Margins]) -> Margins:
-        """Of the paths of all parts, at the same times."""
-        return Margins(
-            np.concatenate([part.margin for part in parts]),
-            np.concatenate([part.wander for part in parts]),
-        )
 
 
 def room(limit: Limit, values: FloatArray) -> FloatArray:
