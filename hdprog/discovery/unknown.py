@@ -22,6 +22,7 @@ from hdprog.inference.starting_points import descend_all, describe, starting_poi
 from hdprog.physics.coordinates import coordinates
 from hdprog.physics.parameters import FloatArray
 
+_ROUNDS = 2
 _READINGS_A_LENGTH = 1.0  # a curve that bends between its readings is their noise
 _LEAST_VARIANCE = 0.05**2  # of the noise over what the readings show
 _NOISE_STEPS = 12
@@ -189,10 +190,10 @@ def with_term(model: Model, gain: TermGain, rng: np.random.Generator) -> Model:
     noise = model.likelihood.noise
     plain = replace(model.likelihood, noise=noise.as_white if gain.white else noise)
     best = _joined(Model(plain, model.starts), gain.coordinate)
-    # Its modes are sought everywhere once: what the curve takes over held the parameters elsewhere.
-    for widely in (rng, None):
+    for _ in range(_ROUNDS):
+        # Its modes are sought everywhere: what the curve takes over held the parameters elsewhere.
         plain = replace(plain, noise=noise_about(best.likelihood, best.start))
-        better = _joined(Model(plain, best.starts), gain.coordinate, widely)
+        better = _joined(Model(plain, best.starts), gain.coordinate, rng)
         if better.log_evidence <= best.log_evidence:
             break
         best = better
