@@ -75,7 +75,7 @@ def _mechanism(
     others = () if step is None else indistinguishable([step], effect.id)
     others = tuple(name for name in others if name not in final.ids)
     values = after.effect_values[effect.id]
-    described = effect.parameters(final.likelihood.reduced.course.scales)
+    described = effect.told_parameters(final.likelihood.reduced.course.scales)
     return FoundEffect(
         id=effect.id,
         words=effect.words,

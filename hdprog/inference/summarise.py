@@ -66,7 +66,7 @@ def effect_summaries(posterior: Posterior) -> tuple[EffectSummary, ...]:
     """Parameters of each effect fitted beside the drive model, in their physical units."""
     likelihood, values = posterior.likelihood, posterior.effect_values
     scales = likelihood.reduced.course.scales
-    described = {effect.id: effect.parameters(scales) for effect in likelihood.effects}
+    described = {effect.id: effect.told_parameters(scales) for effect in likelihood.effects}
     return tuple(
         EffectSummary(
             effect,

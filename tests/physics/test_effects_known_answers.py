@@ -585,3 +585,10 @@ def test_thermal_drift_may_follow_time_beside_a_temperature_that_moves() -> None
         for each in (course, course_of(torque))
     ]
     assert names[0] == names[1]
+    # But nothing is shown of one that only a temperature tells.
+    shown = [
+        [one.name for one in BY_ID["thermal_drift"].told_parameters(each.scales)]
+        for each in (course, course_of(torque))
+    ]
+    assert shown[0] == names[0]
+    assert shown[1] == names[0][:-1]

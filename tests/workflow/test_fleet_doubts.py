@@ -24,7 +24,7 @@ def test_two_drives_of_one_id(monkeypatch: pytest.MonkeyPatch) -> None:
     trend = SimpleNamespace(linearised=None, finished=lambda: None)
     monkeypatch.setattr(outlook_of_drive, "summarise", lambda *_: summary)
     monkeypatch.setattr(outlook_of_drive, "told_early", lambda *_: None)
-    monkeypatch.setattr(outlook_of_drive, "forecast", lambda *_, **__: ())
+    monkeypatch.setattr(outlook_of_drive, "begin_forecast", lambda *_, **__: tuple)
     others = FinishedRuns((), ("left out",), ("a doubt",))
     under_way = OutlookUnderWay(
         result.drive,
@@ -32,6 +32,7 @@ def test_two_drives_of_one_id(monkeypatch: pytest.MonkeyPatch) -> None:
         cast(TrendUnderWay, cast(Any, trend)),
         others,
         np.random.SeedSequence(0),
+        None,
     )
     found = under_way.outlook(()).trend
     assert found.warnings == ("first", "a doubt")

@@ -38,6 +38,7 @@ class EffectParameter:
     first, second : numbers of the transform, in the parameter's unit where they have one
     amplitude : whether the effect is proportional to it (or nearly)
     grid : coordinates at which a search for the effect begins
+    told : whether the record can tell it at all; nothing is shown of one that has but its prior
     """
 
     name: str
@@ -48,6 +49,7 @@ class EffectParameter:
     second: float
     amplitude: bool = False
     grid: tuple[float, ...] = (0.0,)
+    told: bool = True
 
     def value(self, coordinate: FloatArray) -> FloatArray:
         """Physical value (...) of a coordinate (...)."""
@@ -132,6 +134,10 @@ class Effect(ABC):
     @abstractmethod
     def parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
         """The effect's parameters with priors that suit a record of these scales."""
+
+    def told_parameters(self, scales: Scales) -> tuple[EffectParameter, ...]:
+        """Those of them that a record of these scales can tell."""
+        return tuple(one for one in self.parameters(scales) if one.told)
 
     def evaluate(self, course: Course, values: Values, angle: FloatArray) -> FloatArray:
         """What the effect adds to the torsion angle.

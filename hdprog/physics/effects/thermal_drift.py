@@ -55,6 +55,7 @@ class ThermalDrift(Effect):
                 0.5,
                 0.5,
                 grid=(0.0,) if scales.warm_up is None else (-1.0, 1.0),
+                told=scales.warm_up is not None,
             ),
         )
 
