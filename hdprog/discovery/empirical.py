@@ -22,6 +22,7 @@ NAMED_SHARE = 0.75
 AS_GOOD = 1.15
 """Misfit over that of an empirical term alone, up to which mechanisms are not beaten by it: a free
 curve follows the noise a little as well."""
+_NOISE = 1.05  # mean square of what is left over the noise's, up to which it is noise alone
 _TINY = 1e-12
 _LIKE_NOISE = ("time", "order")
 _REFITTED, _RIVAL = 3, 0.5  # coordinates, and the share of the leading one's gain that they need
@@ -41,9 +42,11 @@ def with_unknown(
     """
     remaining = list(spread(term_gains, models)) if remaining is None else remaining
     gain, named = over_threshold(remaining), any(model.ids for model in models)
-    if gain <= 0:
-        # Where no curve is left beside the mechanisms, none does better in their place.
-        return list(models) if named else list(bases)
+    if gain <= 0 and not named:
+        return list(bases)
+    if gain <= -TERM_THRESHOLD and _noise_alone(models):
+        # No curve gains anything beside the mechanisms: none does better in their place.
+        return list(models)
     wider = _with_term(models, remaining, rngs, spread)
     if not named:
         return wider
@@ -65,6 +68,12 @@ def with_unknown(
     if gain > 0 and share(bases, models, wider) > UNKNOWN_SHARE:
         return wider
     return list(models)
+
+
+def _noise_alone(models: Sequence[Model]) -> bool:
+    """Whether what models leave is no more than noise."""
+    left = sum(model.misfit for model in models)
+    return left <= _NOISE * sum(model.likelihood.blocks for model in models)
 
 
 def over_threshold(terms: Sequence[Mapping[str, TermGain]]) -> float:
