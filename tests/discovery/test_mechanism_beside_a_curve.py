@@ -50,3 +50,37 @@ def test_a_mechanism_stays_beside_a_curve_that_wants_it(
     monkeypatch.setattr(empirical, "term_gains", lambda _: term)
     found = empirical.with_unknown([BASE], [mechanism], [term], [np.random.default_rng(0)], map)  # type: ignore[list-item]
     assert found == [wider if kept == "both" else ALONE]
+
+
+@pytest.mark.parametrize(
+    ("left", "gain", "kept"),
+    [
+        # Noise alone, and no curve gains anything.
+        (410.0, -3.0, "mechanism"),
+        # A little is left to gain: a dead band on one branch was taken for a damaged tooth.
+        (410.0, 1.0, "alone"),
+        # More than noise is left, whatever a curve over one coordinate gains.
+        (520.0, -3.0, "alone"),
+    ],
+)
+def test_a_curve_in_a_mechanisms_place_is_tried_unless_noise_alone_is_left(
+    left: float, gain: float, kept: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mechanism, alone = model(left, 66.0, "one"), model(340.0, 90.0)
+    mechanism.likelihood = SimpleNamespace(blocks=400)
+    remaining, own = ({"torque": SimpleNamespace(gain=value)} for value in (gain, 30.0))
+
+    def with_term(models: list[Any], *_: object) -> list[Any]:
+        assert kept == "alone"  # else it is not worth its time
+        return [mechanism] if models == [mechanism] else [alone]
+
+    monkeypatch.setattr(empirical, "_with_term", with_term)
+    monkeypatch.setattr(empirical, "term_gains", lambda _: own)
+    found = empirical.with_unknown(
+        [BASE],
+        [mechanism],
+        [remaining],  # type: ignore[list-item]
+        [np.random.default_rng(0)],
+        map,
+    )
+    assert found == [mechanism if kept == "mechanism" else alone]
