@@ -54,12 +54,11 @@ def carriers(
     """
     basis = np.linalg.qr(sensitivities)[0]
     folds = contiguous_folds(residual.size)
-    surrogates = _surrogates(residual, basis, rng)
+    tried = np.vstack([residual, _surrogates(residual, basis, rng)])
     found: list[tuple[str, float, float]] = []
     for name, features in _features(course, angle).items():
-        predict = _cross_validated(features, folds)
-        fraction = float(_share(predict, residual[None, :])[0])
-        drawn = _share(predict, surrogates)
+        shares = _shares(features, folds, tried)
+        fraction, drawn = float(shares[0]), shares[1:]
         beaten = int(np.count_nonzero(drawn >= fraction))
         p_value = (1 + beaten) / (1 + drawn.size) if fraction > 0 else 1.0
         found.append((name, max(fraction, 0.0), p_value))
@@ -92,20 +91,19 @@ def _features(course: Course, angle: FloatArray) -> Mapping[str, FloatArray]:
     return features
 
 
-def _cross_validated(features: FloatArray, folds: NDArray[np.intp]) -> FloatArray:
-    """(n, n) matrix that predicts each block from those outside its fold; signal as the noise."""
-    covariance = features @ features.T
-    predict = np.zeros((folds.size, folds.size))
+def _shares(features: FloatArray, folds: NDArray[np.intp], residuals: FloatArray) -> FloatArray:
+    """(draws,) share of residuals (draws, n) that is predicted from outside each block's fold.
+
+    Features' weights have a unit prior, and noise has a unit variance. What a prediction from all
+    blocks leaves of a fold, over the part of that fold which it does not take from the fold itself,
+    is what one from the other folds leaves.
+    """
+    gain = np.linalg.solve(np.eye(features.shape[1]) + features.T @ features, features.T)
+    left = residuals - (residuals @ features) @ gain
     for fold in range(int(folds.max()) + 1):
-        out, kept = folds == fold, folds != fold
-        inner = covariance[np.ix_(kept, kept)] + np.eye(int(kept.sum()))
-        predict[np.ix_(out, kept)] = np.linalg.solve(inner, covariance[np.ix_(kept, out)]).T
-    return predict
-
-
-def _share(predict: FloatArray, residuals: FloatArray) -> FloatArray:
-    """(draws,) share of residuals (draws, n) that a linear prediction carries."""
-    left = residuals - residuals @ predict.T
+        out = folds == fold
+        others = np.eye(int(out.sum())) - features[out] @ gain[:, out]
+        left[:, out] = np.linalg.solve(others, left[:, out].T).T
     return np.asarray(1 - np.sum(left**2, axis=1) / np.sum(residuals**2, axis=1))
 
 
