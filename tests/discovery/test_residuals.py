@@ -128,6 +128,19 @@ def test_short_serial_correlation_is_no_coordinate() -> None:
     assert named <= stats.binom.ppf(0.999, 20, 0.05)
 
 
+def test_a_share_is_that_of_predictions_which_never_saw_the_fold() -> None:
+    features = np.cos(np.pi * np.outer(np.linspace(0, 1, 47), np.arange(1, 6))) * 0.8
+    residual = features @ np.array([1.0, -2.0, 0.5, 0.0, 1.0]) + np.sin(np.arange(47.0))
+    folds, left = contiguous_folds(47), residual.copy()
+    for fold in range(10):
+        out, kept = folds == fold, folds != fold
+        covariance = features[kept] @ features[kept].T + np.eye(int(kept.sum()))
+        left[out] -= features[out] @ features[kept].T @ np.linalg.solve(covariance, residual[kept])
+    expected = 1 - np.sum(left**2) / np.sum(residual**2)
+    assert residuals._shares(features, folds, residual[None]) == pytest.approx(expected, rel=1e-12)
+    assert expected > 0.5
+
+
 def test_folds_are_contiguous_and_even() -> None:
     folds = contiguous_folds(47)
     assert (np.diff(folds) >= 0).all()
