@@ -94,7 +94,7 @@ class OtherToothAngle:
     ----------
     alpha : the other angle in rad
     parameters : name → level → value
-    figures : key → level → value
+    figures : key → level → value; without those that the draws do not tell
     """
 
     alpha: float

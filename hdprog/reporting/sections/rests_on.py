@@ -147,7 +147,7 @@ def _tooth_angle(test: TestResult) -> Table | None:
         )
         unit = quantity(name).unit if summary is None else ""
         rows.append(Row(_name(name), cells, note=parameter_meaning(name) or unit))
-    changes = {key: _change(levels, other.figures[key]) for key, levels in test.figures.items()}
+    changes = {key: _change(test.figures[key], changed) for key, changed in other.figures.items()}
     still = {
         key: change for key, change in changes.items() if key not in moved and change is not None
     }
