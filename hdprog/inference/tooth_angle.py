@@ -67,14 +67,16 @@ def with_other_tooth_angle(
     }
     before = figures(requests, prior.to_physical(here[None, :]), posterior.operation)
     after = figures(requests, prior.to_physical(there[None, :]), _operation(posterior))
-    scaled: dict[str, Mapping[float, float]] = {}
+    found: dict[str, Mapping[float, float]] = {}
     for request in requests:
         key, levels = request.key, told[request.key]
         if min(*levels.values(), before[key][0], after[key][0]) > 0:
             ratio = float(after[key][0] / before[key][0])
-            scaled[key] = {level: value * ratio for level, value in levels.items()}
-        elif (weighted := _weighted(posterior, there_too, request)) is not None:
-            scaled[key] = dict(zip(levels, _quantiles(*weighted, list(levels)), strict=True))
+            found[key] = {level: value * ratio for level, value in levels.items()}
+    without_ratio = [request for request in requests if request.key not in found]
+    if without_ratio:
+        found |= _weighted(posterior, there_too, without_ratio, told)
+    scaled = {request.key: found[request.key] for request in requests if request.key in found}
     return OtherToothAngle(OTHER_ALPHA, moved, scaled)
 
 
@@ -83,32 +85,36 @@ def _operation(posterior: Posterior) -> Operation:
 
 
 def _weighted(
-    posterior: Posterior, there: LoopLikelihood, request: FigureRequest
-) -> tuple[FloatArray, FloatArray] | None:
-    """A figure (draws,) with the other angle, draws moved to first order, and their weights.
+    posterior: Posterior,
+    there: LoopLikelihood,
+    requests: Sequence[FigureRequest],
+    told: Mapping[str, Mapping[float, float]],
+) -> dict[str, Mapping[float, float]]:
+    """Quantiles of figures with the other angle, by weighted draws, moved to first order.
 
-    None where these are worth too few draws.
+    None of them where the weights are worth too few draws.
     """
-    here = posterior.likelihood
-    points = posterior.chains.reshape(-1, posterior.chains.shape[-1])
+    here, points = posterior.likelihood, posterior.points
     moved = points.copy()
     moved[:, :COUNT] += first_order_shift(here.alpha, there.alpha)
     possible = there.supported(moved)
     points, moved = points[possible], moved[possible]
     if not len(points):
-        return None
+        return {}
     after = there.log_likelihood(moved) + there.log_prior(moved)
     weight, _ = pareto_weights(after - here.log_likelihood(points) - here.log_prior(points))
     if worth(weight) < _LEAST_WORTH:
-        return None
-    values = posterior.prior.to_physical(moved[:, :COUNT])
-    return figures([request], values, _operation(posterior))[request.key], weight
-
-
-def _quantiles(values: FloatArray, weight: FloatArray, levels: Sequence[float]) -> list[float]:
-    order = np.argsort(values)
-    below = np.searchsorted(np.cumsum(weight[order]), levels)
-    return [float(value) for value in values[order][np.minimum(below, values.size - 1)]]
+        return {}
+    values = figures(requests, posterior.prior.to_physical(moved[:, :COUNT]), _operation(posterior))
+    return {
+        request.key: {
+            level: float(
+                np.quantile(values[request.key], level, weights=weight, method="inverted_cdf")
+            )
+            for level in told[request.key]
+        }
+        for request in requests
+    }
 
 
 def first_order_shift(alpha: float, other: float) -> FloatArray:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from hdprog.config import Drive
+from hdprog.inference import tooth_angle
 from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.likelihood import COUNT
 from hdprog.inference.posterior import Posterior
@@ -17,6 +18,7 @@ from hdprog.inference.tooth_angle import OTHER_ALPHA, assumed, first_order_shift
 from hdprog.inference.until_converged import QUICK
 from hdprog.physics.drive_model import predict
 from hdprog.physics.parameters import NAMES
+from hdprog.reporting.weak_words import moved_by_angle
 from hdprog.results import TestResult
 from tests.inference.inverse import coordinates_of
 from tests.inference.test_identification import NEW, PRIOR, loop_to
@@ -60,7 +62,9 @@ def test_it_agrees_with_a_full_refit(truth: dict[str, float]) -> None:
 
 
 @pytest.mark.filterwarnings("error")
-def test_a_width_that_is_nothing_in_some_draws_is_moved_draw_by_draw() -> None:
+def test_a_width_that_is_nothing_in_some_draws_is_moved_draw_by_draw(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """A ratio of modes, one of them 0, gave 0 to 0 or no number, told as "less than 0.1 %"."""
     drive = replace(ASSUMED, rated_torque=20.0)
     record = loop_to(10.0, NEW)
@@ -75,6 +79,17 @@ def test_a_width_that_is_nothing_in_some_draws_is_moved_draw_by_draw() -> None:
     found = other.figures["hysteresis_width_arcmin"]
     assert found[0.05] == refit[0.05] == 0.0
     assert 0.3 < found[0.95] / refit[0.95] < 3.0
+
+    # Of draws that are worth too few nothing is told, and the rest as before.
+    monkeypatch.setattr(tooth_angle, "worth", lambda _: 1.0)
+    fewer = summarise(here, requests, "t01", {})
+    assert fewer.other_tooth_angle is not None
+    untold = set(other.figures) - set(fewer.other_tooth_angle.figures)
+    assert "hysteresis_width_arcmin" in untold
+    assert {
+        key: levels for key, levels in other.figures.items() if key not in untold
+    } == fewer.other_tooth_angle.figures
+    assert "hysteresis_width_arcmin" not in moved_by_angle(fewer)
 
 
 def test_the_first_order_shift_leaves_a_loop_nearly_as_it_was() -> None:
