@@ -62,6 +62,21 @@ class Mixture:
         constant -= 0.5 * dimensions * np.log(np.pi * self.degrees)
         return np.asarray((constant[:, None] - both * np.log1p(squares / self.degrees)).T)
 
+    @property
+    def log_polynomials(self) -> FloatArray:
+        """Log of weight times density of each Gaussian as a polynomial, (components, monomials).
+
+        Monomials are 1, the coordinates, and the products of their pairs, each pair once.
+        """
+        inverse, log_scale = self._inverse
+        rows, columns = np.triu_indices(self.means.shape[1])
+        precision = inverse.transpose(0, 2, 1) @ inverse
+        linear = np.einsum("kij,kj->ki", precision, self.means)
+        constant = self.log_weights + log_scale - 0.5 * np.einsum("ki,ki->k", linear, self.means)
+        constant -= 0.5 * self.means.shape[1] * np.log(2 * np.pi)
+        squares = np.where(rows == columns, -0.5, -1.0) * precision[:, rows, columns]
+        return np.hstack([constant[:, None], linear, squares])
+
     @cached_property
     def _inverse(self) -> tuple[FloatArray, FloatArray]:
         """Inverse factors, and the log determinants of these, (components,)."""
@@ -84,9 +99,19 @@ class Mixture:
 
 def _log_sum(log_terms: FloatArray) -> FloatArray:
     """Log of sums of exponentials over the last axis, which stays, of finite (points, terms)."""
+    return _shares(log_terms)[1]
+
+
+def _shares(log_terms: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Share of each term in the sum of exponentials over the last axis, and the log of that sum.
+
+    (points, terms) and (points, 1), of finite (points, terms).
+    """
     largest = log_terms.max(axis=1, keepdims=True)
-    summed = np.exp(log_terms - largest).sum(axis=1, keepdims=True)
-    return np.asarray(largest + np.log(summed))
+    share = np.exp(log_terms - largest)
+    total = share.sum(axis=1, keepdims=True)
+    share /= total
+    return share, np.asarray(largest + np.log(total))
 
 
 def fit_mixture(samples: FloatArray, components: int, rng: np.random.Generator) -> Mixture:
@@ -104,24 +129,25 @@ def fit_mixture(samples: FloatArray, components: int, rng: np.random.Generator) 
     overall = np.linalg.cholesky(covariance)
     white = np.linalg.solve(overall, (samples - centre).T).T
     seeds = white[rng.choice(count, size=components, replace=False)]
-    distance = ((white[:, None, :] - seeds) ** 2).sum(axis=-1)
-    share = np.exp(-0.5 * (distance - distance.min(axis=1, keepdims=True)))
-    share /= share.sum(axis=1, keepdims=True)
-    products = (white[:, :, None] * white[:, None, :]).reshape(count, -1)
+    share, _ = _shares((seeds @ white.T - 0.5 * (seeds**2).sum(axis=1)[:, None]).T)
+    # Densities are linear in these and moments are sums of them: both steps are one product each.
+    rows, columns = np.triu_indices(dimensions)
+    monomials = np.vstack([np.ones(count), white.T, white.T[rows] * white.T[columns]])
     reached = -np.inf
     for _ in range(_ITERATIONS):
-        mass = share.sum(axis=0) + 1e-10
-        means = share.T @ white / mass[:, None]
-        spread = (share.T @ products).reshape(components, dimensions, dimensions)
+        moments = share.T @ monomials.T
+        mass = moments[:, 0] + 1e-10
+        means = moments[:, 1 : dimensions + 1] / mass[:, None]
+        spread = np.empty((components, dimensions, dimensions))
+        spread[:, rows, columns] = moments[:, dimensions + 1 :]
+        spread[:, columns, rows] = moments[:, dimensions + 1 :]
         spread -= mass[:, None, None] * means[:, :, None] * means[:, None, :]
         # A component with few samples leans on the others.
         shared = dimensions * spread.sum(axis=0) / count
         spread = (spread + shared) / (mass + dimensions)[:, None, None]
         factors = np.linalg.cholesky(spread + _RIDGE * np.eye(dimensions))
         mixture = Mixture(np.log(mass / mass.sum()), means, factors)
-        log_share = mixture.log_components(white)
-        log_density = _log_sum(log_share)
-        share = np.exp(log_share - log_density)
+        share, log_density = _shares((mixture.log_polynomials @ monomials).T)
         before, reached = reached, float(log_density.mean())
         if reached - before < _SETTLED:
             break

@@ -7,12 +7,13 @@ from typing import Literal
 
 import numpy as np
 
-from hdprog.physics.mesh_polynomials import coefficients, ends_of, polynomials
+from hdprog.physics.mesh_polynomials import coefficients, pay, polynomials, within_reach
 from hdprog.physics.parameters import FloatArray, Parameters, column
 from hdprog.physics.tooth_mesh import mesh_angle, mesh_angle_as_printed, mesh_area
 from hdprog.physics.torque_path import TorquePath
 
 ToothMesh = Literal["continuum", "as_printed"]
+_COEFFICIENTS = "tooth-mesh coefficients"
 
 
 def elastic_angle(
@@ -44,11 +45,10 @@ def elastic_angle(
     if tooth_mesh == "as_printed":
         teeth = mesh_angle_as_printed(path.magnitude, a, b, T_T) * path.sign
     else:
-        ratio = a / b
         averages = path.variance is not None
-        ends = ends_of(ratio, torque.size, averages=averages) if torque.ndim == 1 else None
-        if ends is not None:
-            return _by_polynomials(path, ends, ratio, K_F, a, b, T_T)
+        follows = torque.ndim == 1 and path.largest > 0
+        if follows and pay(len(a), torque.size, averages=averages):
+            return _many_draws(path, K_F, a, b, T_T)
         teeth = _teeth(path, a, b, T_T)
     teeth += torque * (1 / K_F)
     return teeth
@@ -100,22 +100,31 @@ def _teeth_below(path: TorquePath, ratio: FloatArray) -> FloatArray:
     return _teeth(path, ratio, np.ones_like(ratio), np.full_like(ratio, np.inf))
 
 
-def _by_polynomials(
-    path: TorquePath,
-    ends: tuple[int, int],
-    ratio: FloatArray,
-    K_F: FloatArray,
-    a: FloatArray,
-    b: FloatArray,
-    T_T: FloatArray,
+def _many_draws(
+    path: TorquePath, K_F: FloatArray, a: FloatArray, b: FloatArray, T_T: FloatArray
 ) -> FloatArray:
     """The same as the torsion sample by sample, for many draws along one path."""
-    if ends not in path.mesh_coefficients:
-        found = coefficients(partial(_teeth_below, path), *ends)
-        path.mesh_coefficients[ends] = np.vstack([found, path.torque])
-    compliance = 1 / K_F
-    rows = np.concatenate([polynomials(ratio, *ends) / b, compliance], axis=1)
-    angle = np.asarray(rows @ path.mesh_coefficients[ends])
+    near = within_reach((a / b)[:, 0], path.largest)
+    if near.all():
+        return _by_polynomials(path, K_F, a, b, T_T)
+    angle = np.empty((len(a), path.torque.size))
+    far = ~near
+    angle[far] = _teeth(path, a[far], b[far], T_T[far]) + path.torque * (1 / K_F[far])
+    if near.any():
+        angle[near] = _by_polynomials(path, K_F[near], a[near], b[near], T_T[near])
+    return angle
+
+
+def _by_polynomials(
+    path: TorquePath, K_F: FloatArray, a: FloatArray, b: FloatArray, T_T: FloatArray
+) -> FloatArray:
+    """The same as the torsion sample by sample, of draws within the polynomials' reach."""
+    if _COEFFICIENTS not in path.worked_out:
+        found = coefficients(partial(_teeth_below, path), path.largest)
+        path.worked_out[_COEFFICIENTS] = np.vstack([found, path.torque])
+    ratio, compliance = a / b, 1 / K_F
+    rows = np.concatenate([polynomials(ratio, path.largest) / b, compliance], axis=1)
+    angle = np.asarray(rows @ path.worked_out[_COEFFICIENTS])
     # Where a draw's is no number, neither is the least of them; the others' count all the same.
     least = float(T_T.min())
     if not least > path.largest:

@@ -1,68 +1,66 @@
 """Tooth-mesh torsion of many draws along one torque path, as a product of matrices.
 
-Below T_T the torsion (17, 19) is F(T, a/b)/b with F = log(1 + T a/b)/(a/b), averages over blocks
-included. As a function of log(a/b) it is analytic up to π to both sides of the real axis, so that a
-few Chebyshev polynomials give it to rounding (Trefethen, Approximation Theory and Approximation
-Practice, 2013, ch. 8): the polynomials of each draw times the coefficients of each sample.
+Below T_T the torsion (17, 19) is F(T, r)/b with r = a/b and F = log(1 + T r)/r, averages over
+blocks included. With s = log(1 + r T_max) the product F·(1 + r T_max) is analytic up to π to both
+sides of the real axis, since T is T_max at most, and changes little: a few Chebyshev polynomials
+give it to rounding (Trefethen, Approximation Theory and Approximation Practice, 2013, ch. 8). The
+torsion is then the polynomials of each draw times the coefficients of each sample.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
 
 from hdprog.physics.parameters import FloatArray
 
-_WIDEST = 4  # in log(a/b); polynomials of higher degree lose digits at the far ends
+_WIDTH = 6.0  # of the interval in s, from 0: few draws of a loop's posterior lie beyond
 _ERROR = 1e-15
+# How many polynomials give F to rounding: Chebyshev series shrink by the ellipse that is analytic.
+_COUNT = math.ceil(-math.log(_ERROR) / math.asinh(2 * math.pi / _WIDTH))
 # Samples for each polynomial from which a product of matrices is the faster way; averages over
 # blocks, three times as dear sample by sample, pay for it sooner.
 _WORTH, _WORTH_OF_AVERAGES = 5, 2
+# Polynomials for each draw up to which they pay: their coefficients last, and most paths are
+# followed many times.
+_MOST_FOR_A_DRAW = 3
 
 
-def ends_of(ratio: FloatArray, samples: int, *, averages: bool) -> tuple[int, int] | None:
-    """Whole numbers around log(a/b) of all draws (draws, 1), None where polynomials do not pay.
+def pay(draws: int, samples: int, *, averages: bool) -> bool:
+    """Whether so many draws and samples are worth polynomials; with few of either F itself is.
 
-    Of fewer draws than polynomials, or of few samples, F itself is had as fast; ratios of zero, or
-    that lie too far apart, have none. `averages` tells whether samples are averages over blocks.
+    `averages` tells whether samples are averages over blocks.
     """
-    least, most = float(ratio.min()), float(ratio.max())
-    if not 0 < least <= most < math.inf:
-        return None
-    low, high = math.floor(math.log(least)), math.floor(math.log(most)) + 1
-    paying = min(len(ratio), samples / (_WORTH_OF_AVERAGES if averages else _WORTH))
-    if high - low > _WIDEST or _count(low, high) > paying:
-        return None
-    return low, high
+    worth = _WORTH_OF_AVERAGES if averages else _WORTH
+    return samples >= worth * _COUNT and _MOST_FOR_A_DRAW * draws >= _COUNT
 
 
-@cache
-def _count(low: int, high: int) -> int:
-    """How many polynomials give F to rounding between two ends in log(a/b)."""
-    nearest = 2 * math.pi / (high - low)
-    return math.ceil(-math.log(_ERROR) / math.asinh(nearest))
+def within_reach(ratio: FloatArray, largest: float) -> NDArray[np.bool_]:
+    """Whether polynomials hold for ratios a/b (draws,) up to a largest torque in Nm."""
+    return (ratio > 0) & (np.log1p(ratio * largest) <= _WIDTH)
 
 
-def polynomials(ratio: FloatArray, low: int, high: int) -> FloatArray:
-    """Chebyshev polynomials (draws, polynomials) at log(a/b) of draws (draws, 1)."""
-    at = (2 * np.log(ratio) - (low + high)) / (high - low)
+def polynomials(ratio: FloatArray, largest: float) -> FloatArray:
+    """Rows (draws, polynomials) for ratios a/b (draws, 1); times coefficients they give F."""
+    stretch = ratio * largest
+    at = np.log1p(stretch) * (2 / _WIDTH) - 1
     turn = np.arccos(np.minimum(np.maximum(at, -1.0), 1.0))
-    return np.asarray(np.cos(turn * np.arange(_count(low, high))))
+    return np.asarray(np.cos(turn * np.arange(_COUNT)) / (1 + stretch))
 
 
-def coefficients(torsion: Callable[[FloatArray], FloatArray], low: int, high: int) -> FloatArray:
-    """Coefficients (polynomials, samples) of F between two ends in log(a/b).
+def coefficients(torsion: Callable[[FloatArray], FloatArray], largest: float) -> FloatArray:
+    """Coefficients (polynomials, samples) of F along a path of a largest torque in Nm.
 
     `torsion` gives F in rad·Nm/rad at ratios a/b (ratios, 1) in 1/Nm, as (ratios, samples).
     """
 
     def at(place: FloatArray) -> Any:  # of many samples at once, which NumPy's types leave out
-        return torsion(np.exp(0.5 * (low + high + (high - low) * place))[:, None])
+        stretch = np.expm1(0.5 * _WIDTH * (place + 1))[:, None]
+        return torsion(stretch / largest) * (1 + stretch)
 
-    found = chebyshev.chebinterpolate(at, _count(low, high) - 1)
-    return np.ascontiguousarray(found, dtype=np.float64)
+    return np.ascontiguousarray(chebyshev.chebinterpolate(at, _COUNT - 1), dtype=np.float64)

@@ -130,8 +130,8 @@ class TorquePath:
         return float(np.max(self.magnitude[..., at] + self.half_width[at]))
 
     @cached_property
-    def mesh_coefficients(self) -> dict[tuple[int, int], FloatArray]:
-        """Kept between calls: what `elastic` has worked out along this path."""
+    def worked_out(self) -> dict[str, FloatArray]:
+        """Kept between calls: what others have worked out along this path, by its name."""
         return {}
 
     @staticmethod
