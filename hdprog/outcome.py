@@ -267,9 +267,10 @@ def _with_draws(posterior: Posterior, seed: int, attributes: dict[str, Any]) -> 
 
 
 def _save(posterior: Posterior, seed: int, attributes: dict[str, Any], path: Path) -> None:
-    """Write a posterior as netCDF, made in memory: HDF5 floods the screen where a disk is full."""
-    draws = _with_draws(posterior, seed, attributes)
-    path.write_bytes(draws.to_datatree().to_netcdf(engine="h5netcdf"))
+    """Write a posterior as netCDF."""
+    from hdprog.inference.netcdf import netcdf
+
+    path.write_bytes(netcdf(_with_draws(posterior, seed, attributes)))
 
 
 @dataclass(frozen=True, repr=False)

@@ -129,10 +129,12 @@ def sample_until_converged(
         accepted = float(np.mean([share for _, share, _ in results]))
         return chains, accepted, [state for _, _, state in results]
 
+    def fitted(seen: list[FloatArray], components: int) -> Mixture:
+        # By a worker: this process may be busy with imports for the report.
+        return next(iter(spread(fit_mixture, [np.concatenate(seen)], [components], rng.spawn(1))))
+
     def fitted_anew(seen: list[FloatArray]) -> Mixture:
-        again = fit_mixture(
-            np.concatenate([*seen, *regained]), plan.components[-1] + 4 * refits + 2, rng
-        )
+        again = fitted([*seen, *regained], plan.components[-1] + 4 * refits + 2)
         return replace(again, degrees=_TAIL_DEGREES)
 
     mixture: Mixture | None = None
@@ -145,7 +147,7 @@ def sample_until_converged(
         chains, _, states = advance(steps, mixture, temperature)
         # The part before was wider: the proposal keeps what it saw.
         late = [*late[-1:], spaced_positions(chains[:, steps // 2 :], plan.fitted_draws)]
-        mixture = fit_mixture(np.concatenate(late), components, rng)
+        mixture = fitted(late, components)
     if redraw is not None and not redraw.concerns(np.concatenate(late)).any():
         redraw = None  # of no use to this record
     warm_up = steps_done

@@ -62,18 +62,21 @@ def build_report(
     ----------
     result : a run's, or a single fit's (no forecasts)
     catalogue : the maker's figures by their keys (e.g. `K1_Nm_per_rad`), shown beside the tests'
-    spread : map over the tests' pictures, e.g. an executor's
+    spread : map over pictures that take long, e.g. an executor's
     """
     with house_style(), shown_in(result.drive.report):
-        scales, count = PanelScales.of(result.tests), len(result.tests)
-        panels = spread(_panel, result.tests, [scales] * count, [result.drive.report] * count)
-        return _page(result, catalogue or {}, scales, panels)
+        scales, settings = PanelScales.of(result.tests), result.drive.report
+        last, count = result.tests[-1], len(result.tests)
+        of_draws = spread(_of_draws, [prior_posterior, ridge_pairs], [last] * 2, [settings] * 2)
+        panels = spread(_panel, result.tests, [scales] * count, [settings] * count)
+        return _page(result, catalogue or {}, scales, of_draws, panels)
 
 
 def _page(
     result: DriveResult,
     catalogue: Mapping[str, float],
     scales: PanelScales,
+    of_draws: Iterable[Picture | None],
     panels: Iterable[Panel],
 ) -> str:
     """Report under the house style, in the reader's units."""
@@ -85,10 +88,9 @@ def _page(
         ],
         "effects": effects.effects(result.explanation),
         "overlay": loops_overlay(result.tests, scales) if len(result.tests) > 1 else None,
-        "against_prior": _of_draws(result, prior_posterior),
-        "ridge": _of_draws(result, ridge_pairs),
         "panels": list(panels),
     }
+    pictures["against_prior"], pictures["ridge"] = of_draws
     trend, said = result.trend, verdict(result)
     limited = [limit.key for limit in result.drive.limits]
     return (
@@ -139,11 +141,13 @@ def environment() -> jinja2.Environment:
 
 
 def _of_draws(
-    result: DriveResult, drawn: Callable[[TestResult, ParameterDraws], Picture]
+    drawn: Callable[[TestResult, ParameterDraws], Picture],
+    test: TestResult,
+    settings: ReportSettings,
 ) -> Picture | None:
-    """Picture of the last test's draws; None where a result was kept without them."""
-    test = result.tests[-1]
-    return None if test.draws is None else drawn(test, test.draws)
+    """Picture of a test's draws; None where a result was kept without them."""
+    with house_style(), shown_in(settings):  # a worker starts without them
+        return None if test.draws is None else drawn(test, test.draws)
 
 
 def _asked_for(result: DriveResult) -> Table | None:
