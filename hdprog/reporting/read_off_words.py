@@ -38,7 +38,7 @@ def _missed(test: TestResult, key: str, found: ReadOff) -> str:
     fit = "the fit, its empirical curve left out," if UNKNOWN in test.effects else "the fit"
     return (
         f"{capital(named.name)} read off the record itself is "
-        f"{with_unit(record_words(key, found), named.unit)}, where {fit} has {middle} (90 %: {low} "
-        f"to {with_unit(high, named.unit)}). The fit misses what was measured: do not trust it, or "
-        f"a forecast of {named.name}, before that is explained."
+        f"{with_unit(record_words(key, found), named.unit)}, where {fit} has {middle} over "
+        f"the same readings (90 %: {low} to {with_unit(high, named.unit)}). The fit misses what "
+        f"was measured: do not trust it, or a forecast of {named.name}, before that is explained."
     )
