@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.random.bit_generator import ISpawnableSeedSequence
 
 from hdprog.config import Drive, require_drive
 from hdprog.data.doubts import scale_doubts
@@ -84,6 +85,9 @@ def randomness(
             f"rng: found {shown_argument(rng)}, expected a numpy.random.Generator. Give "
             "numpy.random.default_rng(0), or seed=0 instead."
         )
+    if not isinstance(rng.bit_generator.seed_seq, ISpawnableSeedSequence):
+        # One made of a legacy RandomState has no streams of its own for parts of the work.
+        rng = np.random.default_rng(rng.integers(0, 2**32, size=8, dtype=np.uint32))
     return rng, None
 
 

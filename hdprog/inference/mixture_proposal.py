@@ -64,10 +64,7 @@ class Mixture:
 
     @property
     def log_polynomials(self) -> FloatArray:
-        """Log of weight times density of each Gaussian as a polynomial, (components, monomials).
-
-        Monomials are 1, the coordinates, and the products of their pairs, each pair once.
-        """
+        """Log of weight times density of each Gaussian by `monomials`, (components, monomials)."""
         inverse, log_scale = self._inverse
         rows, columns = np.triu_indices(self.means.shape[1])
         precision = inverse.transpose(0, 2, 1) @ inverse
@@ -114,6 +111,15 @@ def _shares(log_terms: FloatArray) -> tuple[FloatArray, FloatArray]:
     return share, np.asarray(largest + np.log(total))
 
 
+def monomials(points: FloatArray) -> FloatArray:
+    """1, the coordinates and the products of their pairs, of points (points, dimensions).
+
+    (monomials, points), each pair once, in the order of `numpy.triu_indices`.
+    """
+    rows, columns = np.triu_indices(points.shape[1])
+    return np.vstack([np.ones(len(points)), points.T, points.T[rows] * points.T[columns]])
+
+
 def fit_mixture(samples: FloatArray, components: int, rng: np.random.Generator) -> Mixture:
     """Fit a Gaussian mixture by expectation-maximisation, and add one wide component.
 
@@ -132,10 +138,10 @@ def fit_mixture(samples: FloatArray, components: int, rng: np.random.Generator) 
     share, _ = _shares((seeds @ white.T - 0.5 * (seeds**2).sum(axis=1)[:, None]).T)
     # Densities are linear in these and moments are sums of them: both steps are one product each.
     rows, columns = np.triu_indices(dimensions)
-    monomials = np.vstack([np.ones(count), white.T, white.T[rows] * white.T[columns]])
+    powers = monomials(white)
     reached = -np.inf
     for _ in range(_ITERATIONS):
-        moments = share.T @ monomials.T
+        moments = share.T @ powers.T
         mass = moments[:, 0] + 1e-10
         means = moments[:, 1 : dimensions + 1] / mass[:, None]
         spread = np.empty((components, dimensions, dimensions))
@@ -147,7 +153,7 @@ def fit_mixture(samples: FloatArray, components: int, rng: np.random.Generator) 
         spread = (spread + shared) / (mass + dimensions)[:, None, None]
         factors = np.linalg.cholesky(spread + _RIDGE * np.eye(dimensions))
         mixture = Mixture(np.log(mass / mass.sum()), means, factors)
-        share, log_density = _shares((mixture.log_polynomials @ monomials).T)
+        share, log_density = _shares((mixture.log_polynomials @ powers).T)
         before, reached = reached, float(log_density.mean())
         if reached - before < _SETTLED:
             break

@@ -11,7 +11,7 @@ import pytest
 from scipy import stats
 
 from hdprog.inference.diagnostics import fold
-from hdprog.inference.mixture_proposal import Mixture, fit_mixture
+from hdprog.inference.mixture_proposal import Mixture, fit_mixture, monomials
 from hdprog.inference.sampler import EnsembleState, fresh_random_state, moves, sample_ensembles
 
 DIMENSIONS, WALKERS, STEPS = 5, 20, 3000
@@ -42,6 +42,13 @@ def poor_mixture(degrees: float | None = None) -> Mixture:
     rng = np.random.default_rng(1)
     found = fit_mixture(0.4 + 1.3 * rng.standard_normal((800, DIMENSIONS)), 3, rng)
     return replace(found, degrees=degrees)
+
+
+def test_the_polynomials_of_a_mixture_are_its_components() -> None:
+    mixture = poor_mixture()
+    points = 2.0 * np.random.default_rng(2).standard_normal((50, DIMENSIONS))
+    found = (mixture.log_polynomials @ monomials(points)).T
+    np.testing.assert_allclose(found, mixture.log_components(points), rtol=1e-12)
 
 
 PROPOSALS = {"none": None, "Gaussians": poor_mixture(), "Student's t": poor_mixture(6.0)}

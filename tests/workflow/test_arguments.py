@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hdprog
-from hdprog.arguments import checked_record, checked_seed
+from hdprog.arguments import checked_record, checked_seed, randomness
 from hdprog.data.drive_folder import DriveFolder
 from hdprog.errors import BadInputError, UsageError
 from hdprog.seeds import LARGEST_SEED
@@ -118,3 +118,11 @@ def test_torque_beyond_any_drive_is_no_rated_torque(loop: hdprog.Loop) -> None:
         BadInputError, match=r"rig: found a largest torque of .* unit of the torque"
     ):
         with_rated_torque(folder, [too_much])
+
+
+def test_a_generator_without_streams_of_its_own_gets_some() -> None:
+    made = [randomness(np.random.default_rng(np.random.RandomState(3)), None)[0] for _ in range(2)]
+    streams = [one.spawn(1)[0].random(3) for one in made]
+    np.testing.assert_array_equal(*streams)
+    with_its_own = np.random.default_rng(3)
+    assert randomness(with_its_own, None) == (with_its_own, None)
