@@ -38,7 +38,7 @@ _BESIDE = replace(
     QUICK,
     required_ess=200.0,
     lengths=15.0,
-    warm_up_steps=(60, 30, 50),
+    warm_up_steps=(60, 30, 30, 40),
     first_steps=60,
     refits=1,
     most_steps=2000,

@@ -83,7 +83,8 @@ def lost_modes(
     ]
     state = EnsembleState(np.concatenate(walkers), fresh_random_state(rng))
     for steps in _STEPS:
-        found, _, state = sample_ensembles(density, state, steps)
+        stretch = sample_ensembles(density, state, steps)
+        found, state = stretch.chains, stretch.state
         draws = found[:, steps // 2 :].reshape(len(found), -1, found.shape[-1])
         fitted = [fit_mixture(one, _COMPONENTS, rng) for one in draws]
         own = [replace(one, degrees=_TAIL_DEGREES) for one in fitted]

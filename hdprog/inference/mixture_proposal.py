@@ -1,4 +1,4 @@
-"""Proposals by a mixture that was fitted to a warm-up and then frozen: independent and local ones.
+"""A mixture that is fitted to a warm-up and then frozen, and local proposals by it.
 
 In ridge coordinates a loop's posterior is bent so little that a handful of Gaussians follows it,
 and most proposals are accepted: draws are then nearly independent. Since the mixture does not
@@ -164,21 +164,6 @@ def fit_mixture(samples: FloatArray, components: int, rng: np.random.Generator) 
             [np.einsum("ij,kjl->kil", overall, mixture.factors), _WIDE_SCALE * overall[None]]
         ),
     )
-
-
-@dataclass(frozen=True)
-class IndependenceProposal:
-    """Proposal function for `emcee.moves.MHMove`."""
-
-    mixture: Mixture
-
-    def __call__(
-        self, position: FloatArray, random: np.random.RandomState
-    ) -> tuple[FloatArray, FloatArray]:
-        """New positions (walkers, dimensions) and log q(old)/q(new), (walkers,)."""
-        proposed = self.mixture.draw(position.shape[0], random)
-        both = self.mixture.log_density(np.concatenate([position, proposed]))
-        return proposed, both[: position.shape[0]] - both[position.shape[0] :]
 
 
 @dataclass(frozen=True)

@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 
 from hdprog.inference.covariance_root import root_of
 from hdprog.inference.likelihood import COUNT, LoopLikelihood, sigmoid
-from hdprog.inference.mixture_proposal import IndependenceProposal, LocalProposal, Mixture
+from hdprog.inference.mixture_proposal import LocalProposal, Mixture
 from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
 from hdprog.inference.starting_points import StartingPoint
 from hdprog.inference.threshold_redraw import ThresholdRedraw
+from hdprog.inference.weighed_proposals import WeighedProposals
 from hdprog.physics.parameters import FloatArray
 
 ENSEMBLES = 4
@@ -97,6 +98,26 @@ class EnsembleState:
     random_state: Any
 
 
+@dataclass(frozen=True)
+class Stretch:
+    """A stretch of sampling.
+
+    Attributes
+    ----------
+    chains : (ensembles, steps, walkers, dimensions)
+    accepted : share of accepted proposals
+    state : to run on from
+    proposed : the independent proposals; None where there were none
+    evaluations : of the target
+    """
+
+    chains: FloatArray
+    accepted: float
+    state: EnsembleState
+    proposed: WeighedProposals | None
+    evaluations: int
+
+
 def moves(
     ensembles: int,
     mixture: Mixture | None = None,
@@ -112,23 +133,22 @@ def moves(
     redraw : of thresholds beyond the record, or None where walkers have none
     independent : share of the steps that draw from the mixture, where there is one
     """
-    from emcee.moves import DEMove, StretchMove
+    from emcee.moves import DEMove, MHMove, StretchMove
 
+    from hdprog.inference.independent_steps import IndependentSteps
     from hdprog.inference.side_by_side import SideBySide
 
     local = [(DEMove(), 0.8), (DEMove(gamma0=1.0), 0.1), (StretchMove(), 0.1)]
     each = [(SideBySide(move, ensembles), weight) for move, weight in local]
     if mixture is not None:
-        each = _with(LocalProposal(mixture), _LOCAL, each)
-        each = _with(IndependenceProposal(mixture), independent, each)
-    return each if redraw is None else _with(redraw, _REDRAWN, each)
+        each = _with(MHMove(LocalProposal(mixture)), _LOCAL, each)
+        each = _with(IndependentSteps(mixture), independent, each)
+    return each if redraw is None else _with(MHMove(redraw), _REDRAWN, each)
 
 
-def _with(proposal: Any, share: float, others: list[tuple[Any, float]]) -> list[tuple[Any, float]]:
-    """Moves of which a share proposes for every walker by itself."""
-    from emcee.moves import MHMove
-
-    return [(MHMove(proposal), share)] + [(move, (1 - share) * weight) for move, weight in others]
+def _with(move: Any, share: float, others: list[tuple[Any, float]]) -> list[tuple[Any, float]]:
+    """Moves of which one has a share."""
+    return [(move, share)] + [(other, (1 - share) * weight) for other, weight in others]
 
 
 def sample_ensembles(
@@ -138,7 +158,7 @@ def sample_ensembles(
     mixture: Mixture | None = None,
     redraw: ThresholdRedraw | None = None,
     independent: float = INDEPENDENT,
-) -> tuple[FloatArray, float, EnsembleState]:
+) -> Stretch:
     """Run independent ensembles on, side by side.
 
     Parameters
@@ -148,20 +168,18 @@ def sample_ensembles(
     steps : steps of every ensemble
     mixture : frozen proposal, or None during the warm-up
     redraw, independent : as in `moves`
-
-    Returns
-    -------
-    chains (ensembles, steps, walkers, dimensions), share of accepted proposals, state to run on
-    from
     """
     from emcee import EnsembleSampler
 
+    from hdprog.inference.independent_steps import IndependentSteps
+
     ensembles, walkers, dimensions = state.position.shape
+    used = moves(ensembles, mixture, redraw, independent)
     sampler = EnsembleSampler(
         ensembles * walkers,
         dimensions,
         log_density,
-        moves=moves(ensembles, mixture, redraw, independent),
+        moves=used,
         vectorize=True,
     )
     # emcee's wrapper prints to standard output whatever ends a call, an interruption included.
@@ -172,7 +190,12 @@ def sample_ensembles(
     sampler.run_mcmc(flat, steps, skip_initial_state_check=True)
     chains = sampler.get_chain().reshape(steps, ensembles, walkers, dimensions).swapaxes(0, 1)
     following = EnsembleState(chains[:, -1], sampler.random_state)
-    return chains, float(np.mean(sampler.acceptance_fraction)), following
+    proposed, rounds = None, steps + 1  # where walkers begin, too
+    for move, _ in used:
+        if isinstance(move, IndependentSteps):
+            proposed, rounds = move.proposed, rounds + move.steps_ahead
+    accepted = float(np.mean(sampler.acceptance_fraction))
+    return Stretch(chains, accepted, following, proposed, rounds * ensembles * walkers)
 
 
 def fresh_random_state(rng: np.random.Generator) -> Any:

@@ -44,7 +44,8 @@ class SideBySide(Move):  # type: ignore[misc]  # emcee has no types
             where = moving.ravel()
             position = np.concatenate([one for one, _ in proposed])
             factor = np.concatenate([one for _, one in proposed])
-            log_prob, _ = model.compute_log_prob_fn(position)
+            # Not by emcee's own way to it, which looks at every number by itself.
+            log_prob = model.log_prob_fn(position)
             gain = factor + log_prob - state.log_prob[where]
             taken = gain > np.log(random.random_sample(where.size))
             coords[where[taken]] = position[taken]

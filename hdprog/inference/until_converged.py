@@ -17,19 +17,22 @@ from hdprog.inference.sampler import (
     WALKERS,
     EnsembleState,
     RidgePosterior,
+    Stretch,
     sample_ensembles,
     spaced_positions,
 )
 from hdprog.inference.starting_points import StartingPoint
 from hdprog.inference.threshold_redraw import ThresholdRedraw
+from hdprog.inference.weighed_proposals import WeighedProposals
 from hdprog.physics.parameters import FloatArray
 from hdprog.progress import Progress, untold
 
-_SLOW = 9.0  # autocorrelation time in steps above which the proposal is fitted anew
+_SLOW = 7.0  # autocorrelation time in steps above which the proposal is fitted anew
 _HELPED = 0.8  # of the time before, which a proposal fitted anew must reach to be fitted again
 _TAIL_DEGREES = 6.0  # of Student's t where the Gaussians' tails have held walkers up
 # Fits after which fewer steps draw from the mixture: what it still misses is walked through.
 _FEWER_AFTER, _FEWER = 4, 0.5
+_CHAIN_DRAWS_FOR_ONE = 10.0  # that a proposal is fitted to, where independent ones were weighed
 _MORE_SEEN = 4  # or chains so many times as long as those that it was fitted to
 _FURTHER_FITS = 2  # of the proposal, beyond the bound
 # Blocks below which kinks hide between readings: what lies beyond the next reading is a tail of its
@@ -64,9 +67,9 @@ class SamplingPlan:
 
     required_ess: float = 1000.0
     lengths: float = LENGTHS
-    warm_up_steps: tuple[int, ...] = (100, 40, 80)
-    temperatures: tuple[float, ...] = (4.0, 2.0, 1.0)
-    components: tuple[int, ...] = (3, 6, 10)
+    warm_up_steps: tuple[int, ...] = (100, 40, 60, 100)
+    temperatures: tuple[float, ...] = (4.0, 2.0, 1.0, 1.0)
+    components: tuple[int, ...] = (3, 5, 6, 8)
     first_steps: int = 200
     most_steps: int = 10_000
     further_steps: int = 0
@@ -87,6 +90,49 @@ class SamplingPlan:
             walkers=4 * self.walkers,
             stored_steps=max(1, self.stored_steps // 4),
         )
+
+
+@dataclass(frozen=True)
+class _Advanced:
+    """A `sampler.Stretch` of all ensembles, with a state for each part that runs by itself."""
+
+    chains: FloatArray
+    accepted: float
+    states: list[EnsembleState]
+    proposed: WeighedProposals | None
+    evaluations: int
+
+    @staticmethod
+    def of(parts: Sequence[Stretch]) -> _Advanced:
+        told = [one.proposed for one in parts if one.proposed is not None]
+        return _Advanced(
+            np.concatenate([one.chains for one in parts]),
+            float(np.mean([one.accepted for one in parts])),
+            [one.state for one in parts],
+            WeighedProposals.together(told) if told else None,
+            sum(one.evaluations for one in parts),
+        )
+
+    def then(self, more: _Advanced) -> _Advanced:
+        """Together with the next stretch, by the same proposal."""
+        told = [one.proposed for one in (self, more) if one.proposed is not None]
+        return replace(
+            more,
+            chains=np.concatenate([self.chains, more.chains], axis=1),
+            proposed=WeighedProposals.together(told) if told else None,
+        )
+
+    def to_fit(self, most: int, rng: np.random.Generator) -> FloatArray:
+        """Positions to fit a proposal to, at most so many of the chains and of the proposals."""
+        if self.proposed is None:
+            return spaced_positions(self.chains, most)
+        few = int(self.chains[..., 0].size / _CHAIN_DRAWS_FOR_ONE)
+        of_chains = spaced_positions(self.chains, min(most, few))
+        return np.concatenate([of_chains, self.proposed.resampled(most, rng)])
+
+    def late(self) -> _Advanced:
+        """Without the first half of the chains."""
+        return replace(self, chains=self.chains[:, self.chains.shape[1] // 2 :])
 
 
 FULL = SamplingPlan()
@@ -114,20 +160,17 @@ def sample_until_converged(
     """
     spread = map if executor is None else executor.map
     ensembles, walkers = sum(len(one.position) for one in states), states[0].position.shape[1]
-    steps_done = refits = 0
+    steps_done = refits = evaluations = 0
 
-    def advance(
-        steps: int, mixture: Mixture | None, temperature: float = 1.0
-    ) -> tuple[FloatArray, float, list[EnsembleState]]:
-        nonlocal steps_done
+    def advance(steps: int, mixture: Mixture | None, temperature: float = 1.0) -> _Advanced:
+        nonlocal steps_done, evaluations, states
         many, density = len(states), replace(posterior, temperature=temperature)
         independent = INDEPENDENT if refits < _FEWER_AFTER else _FEWER
         same = ([one] * many for one in (steps, mixture, redraw, independent))
-        results = list(spread(sample_ensembles, [density] * many, states, *same))
         steps_done += steps
-        chains = np.concatenate([chains for chains, _, _ in results])
-        accepted = float(np.mean([share for _, share, _ in results]))
-        return chains, accepted, [state for _, _, state in results]
+        found = _Advanced.of(list(spread(sample_ensembles, [density] * many, states, *same)))
+        states, evaluations = found.states, evaluations + found.evaluations
+        return found
 
     def fitted(seen: list[FloatArray], components: int) -> Mixture:
         # By a worker: this process may be busy with imports for the report.
@@ -144,54 +187,55 @@ def sample_until_converged(
     cooling = plan.temperatures[-len(plan.warm_up_steps) :]
     parts = zip(plan.warm_up_steps, cooling, plan.components, strict=False)
     for steps, temperature, components in parts:
-        chains, _, states = advance(steps, mixture, temperature)
+        found = advance(steps, mixture, temperature).late()
         # The part before was wider: the proposal keeps what it saw.
-        late = [*late[-1:], spaced_positions(chains[:, steps // 2 :], plan.fitted_draws)]
+        late = [*late[-1:], found.to_fit(plan.fitted_draws, rng)]
         mixture = fitted(late, components)
     if redraw is not None and not redraw.concerns(np.concatenate(late)).any():
         redraw = None  # of no use to this record
     warm_up = steps_done
-    ridge, accepted, states = advance(plan.first_steps, mixture)
+    run = advance(plan.first_steps, mixture)
     slowest, fitted_to = math.inf, plan.first_steps
     bound, fits = plan.most_steps, plan.refits
     while True:
-        tau = float(autocorrelation_time(ridge).max())
-        total = ridge.shape[1]
+        tau = float(autocorrelation_time(run.chains).max())
+        total = run.chains.shape[1]
         worth_it = tau < _HELPED * slowest or total >= _MORE_SEEN * fitted_to
         if tau > _SLOW and refits < fits and worth_it:
             # The proposal misses part of the posterior: what was seen so far becomes warm-up.
             slowest, fitted_to = tau, total
-            seen = [spaced_positions(ridge, plan.fitted_draws)]
+            seen = [run.to_fit(plan.fitted_draws, rng)]
             if plan.wide_steps:
                 wide_steps, here = (refits + 1) * plan.wide_steps, states
-                wide, _, there = advance(wide_steps, mixture, _WIDE_TEMPERATURE)
+                wide = advance(wide_steps, mixture, _WIDE_TEMPERATURE)
                 states = [
                     replace(one, position=was.position)
-                    for one, was in zip(there, here, strict=True)
+                    for one, was in zip(states, here, strict=True)
                 ]
-                seen.append(spaced_positions(wide[:, wide_steps // 4 :], plan.fitted_draws))
+                seen.append(spaced_positions(wide.chains[:, wide_steps // 4 :], plan.fitted_draws))
             mixture = fitted_anew(seen)
             warm_up, refits = steps_done, refits + 1
-            ridge, accepted, states = advance(plan.first_steps * refits, mixture)
+            run = advance(plan.first_steps * refits, mixture)
             continue
         wanted = max(plan.first_steps, math.ceil(plan.lengths * tau))
         progress("sampling", min(total, wanted), wanted)
         if total >= wanted or steps_done >= bound:
-            chains = _unconstrained(posterior, ridge[:, :: max(1, int(tau / 2))])
+            chains = _unconstrained(posterior, run.chains[:, :: max(1, int(tau / 2))])
             diagnostics = diagnose(chains)
             converged = total >= wanted and diagnostics.passes(plan.required_ess)
             lost = None
             if converged and modes and mixture is not None:
-                lost = lost_modes(posterior, mixture, ridge, modes, states[0].random_state)
+                state = states[0].random_state
+                lost = lost_modes(posterior, mixture, run.chains, modes, state)
                 converged = lost is None
             if lost is not None and steps_done < plan.most_steps + plan.further_steps:
                 # All before was without them: walkers first find their way back.
                 regained.append(lost)
-                mixture = fitted_anew([spaced_positions(ridge, plan.fitted_draws)])
+                mixture = fitted_anew([run.to_fit(plan.fitted_draws, rng)])
                 slowest, fitted_to, refits = math.inf, plan.first_steps, refits + 1
-                _, _, states = advance(plan.first_steps, mixture)
+                advance(plan.first_steps, mixture)
                 warm_up = steps_done
-                ridge, accepted, states = advance(plan.first_steps * refits, mixture)
+                run = advance(plan.first_steps * refits, mixture)
                 continue
             if converged or steps_done >= plan.most_steps + plan.further_steps:
                 break
@@ -202,8 +246,7 @@ def sample_until_converged(
             wanted = int(1.5 * total)
         # Twice as long at most before the next look: where sampling is slow, more is learnt soon.
         further = min(wanted - total, total) if refits < fits else wanted - total
-        more, _, states = advance(min(further, bound - steps_done), mixture)
-        ridge = np.concatenate([ridge, more], axis=1)
+        run = run.then(advance(min(further, bound - steps_done), mixture))
     sampling = {
         "effective_blocks": posterior.likelihood.block_degrees + 1.0,
         "ensembles": float(ensembles),
@@ -211,8 +254,8 @@ def sample_until_converged(
         "warm_up_steps": float(warm_up),
         "steps": float(total),
         "autocorrelation_time": tau,
-        "acceptance": accepted,
-        "evaluations": float(steps_done * ensembles * walkers),
+        "acceptance": run.accepted,
+        "evaluations": float(evaluations),
     }
     if lost is not None:
         sampling["lost_mode"] = 1.0

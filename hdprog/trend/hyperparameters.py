@@ -157,17 +157,18 @@ def sample(
     state = EnsembleState(walkers, fresh_random_state(rng))
     mixture = None
     for share in (burn_in // 2, burn_in - burn_in // 2):
-        chains, _, state = sample_ensembles(log_density, state, share, mixture)
-        seen = chains[:, share // 2 :].reshape(-1, walkers.shape[-1])
-        mixture = fit_mixture(seen, _COMPONENTS, rng)
-    chains, _, state = sample_ensembles(log_density, state, steps, mixture)
+        stretch = sample_ensembles(log_density, state, share, mixture)
+        seen, state = stretch.chains[:, share // 2 :], stretch.state
+        mixture = fit_mixture(seen.reshape(-1, walkers.shape[-1]), _COMPONENTS, rng)
+    stretch = sample_ensembles(log_density, state, steps, mixture)
+    chains = stretch.chains
     while True:
         kept = chains.shape[1]
         draws = _diagnosed(chains, 0.0 if effort is None else effort.ess)
         if draws.converged or effort is None or 2 * kept > effort.largest_steps:
             return draws
-        more, _, state = sample_ensembles(log_density, state, kept, mixture)
-        chains = np.concatenate([chains, more], axis=1)
+        stretch = sample_ensembles(log_density, stretch.state, kept, mixture)
+        chains = np.concatenate([chains, stretch.chains], axis=1)
 
 
 def _diagnosed(chains: FloatArray, ess_limit: float) -> HyperparameterDraws:

@@ -16,7 +16,7 @@ def gaussian(points: np.ndarray) -> np.ndarray:
 def chains(seed: int, steps: int = 1200) -> np.ndarray:
     rng = np.random.default_rng(seed)
     state = EnsembleState(rng.standard_normal((4, 12, 4)), fresh_random_state(rng))
-    return sample_ensembles(gaussian, state, steps)[0]
+    return sample_ensembles(gaussian, state, steps).chains
 
 
 def test_effective_draws_match_the_scatter_of_repeated_runs() -> None:

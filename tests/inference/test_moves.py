@@ -32,9 +32,9 @@ def sampled(target, mixture: Mixture | None, seed: int) -> np.ndarray:
     rng = np.random.default_rng(seed)
     start = np.abs(rng.standard_normal((1, WALKERS, DIMENSIONS)))
     state = EnsembleState(start, fresh_random_state(rng))
-    chains, accepted, _ = sample_ensembles(target, state, STEPS, mixture)
-    assert accepted > 0.05
-    return fold(chains[:, 300:])[0]
+    found = sample_ensembles(target, state, STEPS, mixture)
+    assert found.accepted > 0.05
+    return fold(found.chains[:, 300:])[0]
 
 
 def poor_mixture(degrees: float | None = None) -> Mixture:
@@ -109,7 +109,8 @@ def test_side_by_side_ensembles_know_nothing_of_each_other() -> None:
         return -0.5 * (away**2).sum(axis=1)
 
     state = EnsembleState(start, fresh_random_state(rng))
-    chains, accepted, _ = sample_ensembles(flat_wells, state, 800)
+    found = sample_ensembles(flat_wells, state, 800)
+    chains, accepted = found.chains, found.accepted
     assert chains.shape == (3, 800, 12, 4)
     assert accepted > 0.2
     for number, chain in enumerate(chains):

@@ -51,7 +51,7 @@ def compare(target: Target) -> Equality:
     rng = check_rng(target.index)
     posterior, likelihood, density = target.posterior, target.likelihood, target.density
     state = initial_states(posterior, target.starts, rng)[0]
-    chains, _, _ = sample_ensembles(posterior, state, _STEPS)
+    chains = sample_ensembles(posterior, state, _STEPS).chains
     late = chains[:, _STEPS // 2 :].reshape(-1, likelihood.size)
     drawn = np.hstack([likelihood.prior.sample(_PRIOR, rng), rng.logistic(size=(_PRIOR, 1))])
     # Every other one so far out that some lie outside the hard support.
