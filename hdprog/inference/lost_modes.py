@@ -84,8 +84,8 @@ def lost_modes(
     state = EnsembleState(np.concatenate(walkers), fresh_random_state(rng))
     for steps in _STEPS:
         stretch = sample_ensembles(density, state, steps)
-        found, state = stretch.chains, stretch.state
-        draws = found[:, steps // 2 :].reshape(len(found), -1, found.shape[-1])
+        late, state = stretch.chains[:, steps // 2 :], stretch.state
+        draws = late.reshape(len(late), -1, late.shape[-1])
         fitted = [fit_mixture(one, _COMPONENTS, rng) for one in draws]
         own = [replace(one, degrees=_TAIL_DEGREES) for one in fitted]
         share, worth, level = _out_of_reach(density, mixture, own, random)

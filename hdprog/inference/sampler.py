@@ -4,8 +4,9 @@ Warm-up moves: differential evolution (ter Braak 2006; Nelson et al. 2014), one 
 unit scale so that walkers hop between modes, and the affine stretch move (Goodman & Weare 2010).
 After the warm-up most steps are independence proposals from a frozen mixture, and most others are
 short steps by the covariance that the mixture has where a walker stands: these lead out of what the
-mixture hardly proposes. Where a record ends about the teeth's threshold, some steps redraw that
-one. emcee 3.1.6's snooker move is not used: it does not leave its target distribution unchanged.
+mixture hardly proposes. The mixture is fitted to what chains and proposals tell, see
+`weighed_proposals`. Where a record ends about the teeth's threshold, some steps redraw that one.
+emcee 3.1.6's snooker move is not used: it does not leave its target distribution unchanged.
 """
 
 from __future__ import annotations

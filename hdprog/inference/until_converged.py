@@ -60,7 +60,7 @@ class SamplingPlan:
     refits : times that the proposal is fitted anew where sampling stays slow
     wide_steps : at twice the temperature before the first of these fits, and as many more before
         each later one: the proposal is fitted to what is seen there, too
-    fitted_draws : to which the proposal is fitted, of each temperature
+    fitted_draws : to which the proposal is fitted, of chains and of proposals at each temperature
     walkers : of each ensemble
     stored_steps : steps kept for each walker after thinning
     """
@@ -104,23 +104,19 @@ class _Advanced:
 
     @staticmethod
     def of(parts: Sequence[Stretch]) -> _Advanced:
-        told = [one.proposed for one in parts if one.proposed is not None]
         return _Advanced(
             np.concatenate([one.chains for one in parts]),
             float(np.mean([one.accepted for one in parts])),
             [one.state for one in parts],
-            WeighedProposals.together(told) if told else None,
+            WeighedProposals.together(one.proposed for one in parts),
             sum(one.evaluations for one in parts),
         )
 
     def then(self, more: _Advanced) -> _Advanced:
         """Together with the next stretch, by the same proposal."""
-        told = [one.proposed for one in (self, more) if one.proposed is not None]
-        return replace(
-            more,
-            chains=np.concatenate([self.chains, more.chains], axis=1),
-            proposed=WeighedProposals.together(told) if told else None,
-        )
+        chains = np.concatenate([self.chains, more.chains], axis=1)
+        proposed = WeighedProposals.together([self.proposed, more.proposed])
+        return replace(more, chains=chains, proposed=proposed)
 
     def to_fit(self, most: int, rng: np.random.Generator) -> FloatArray:
         """Positions to fit a proposal to, at most so many of the chains and of the proposals."""

@@ -6,7 +6,7 @@ much. Weighed by importance, all of them together are worth more draws than the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,12 +30,13 @@ class WeighedProposals:
     log_weight: FloatArray
 
     @staticmethod
-    def together(each: Sequence[WeighedProposals]) -> WeighedProposals:
-        """Those of several processes."""
-        return WeighedProposals(
-            np.concatenate([one.positions for one in each]),
-            np.concatenate([one.log_weight for one in each]),
-        )
+    def together(each: Iterable[WeighedProposals | None]) -> WeighedProposals | None:
+        """Those of one mixture, wherever and whenever drawn; None where there are none."""
+        told = [one for one in each if one is not None]
+        if not told:
+            return None
+        positions = np.concatenate([one.positions for one in told])
+        return WeighedProposals(positions, np.concatenate([one.log_weight for one in told]))
 
     def resampled(self, most: int, rng: np.random.Generator) -> FloatArray:
         """About as many equally likely positions as they are worth, at most so many.
@@ -43,7 +44,10 @@ class WeighedProposals:
         Few proposals outweigh all others where a mixture fits badly: weights are cut off at √n
         times their mean (Ionides, J. Comp. Graph. Stat. 17, 2008).
         """
-        weight = np.exp(self.log_weight - self.log_weight.max())
+        largest = self.log_weight.max()
+        if not np.isfinite(largest):
+            return self.positions[:0]
+        weight = np.exp(self.log_weight - largest)
         weight = np.minimum(weight, np.sqrt(weight.size) * weight.mean())
         passed = np.cumsum(weight)
         count = int(min(most, _COPIES * passed[-1] ** 2 / np.sum(weight**2)))
