@@ -36,7 +36,8 @@ _CHAIN_DRAWS_FOR_ONE = 10.0  # that a proposal is fitted to, where independent o
 _MORE_SEEN = 4  # or chains so many times as long as those that it was fitted to
 _FURTHER_FITS = 2  # of the proposal, beyond the bound
 # Blocks below which kinks hide between readings: what lies beyond the next reading is a tail of its
-# own, which few walkers do not find in the time that their diagnostics ask for.
+# own, which few walkers do not find in the time that their diagnostics ask for, and proposals that
+# know the middle best hardly at all.
 _FEW_BLOCKS = 40
 _WIDE_TEMPERATURE = 2.0
 
@@ -60,7 +61,8 @@ class SamplingPlan:
     refits : times that the proposal is fitted anew where sampling stays slow
     wide_steps : at twice the temperature before the first of these fits, and as many more before
         each later one: the proposal is fitted to what is seen there, too
-    fitted_draws : to which the proposal is fitted, of chains and of proposals at each temperature
+    fitted_draws : to which the proposal is fitted, at each temperature
+    fitted_proposals : at most as many of the independent proposals, weighed, beside fewer draws
     walkers : of each ensemble
     stored_steps : steps kept for each walker after thinning
     """
@@ -76,6 +78,7 @@ class SamplingPlan:
     refits: int = 6
     wide_steps: int = 0
     fitted_draws: int = 6000
+    fitted_proposals: int = 6000
     walkers: int = WALKERS
     stored_steps: int = 125
 
@@ -87,6 +90,7 @@ class SamplingPlan:
             self,
             wide_steps=self.first_steps,
             fitted_draws=10_000,
+            fitted_proposals=0,
             walkers=4 * self.walkers,
             stored_steps=max(1, self.stored_steps // 4),
         )
@@ -118,13 +122,13 @@ class _Advanced:
         proposed = WeighedProposals.together([self.proposed, more.proposed])
         return replace(more, chains=chains, proposed=proposed)
 
-    def to_fit(self, most: int, rng: np.random.Generator) -> FloatArray:
-        """Positions to fit a proposal to, at most so many of the chains and of the proposals."""
-        if self.proposed is None:
-            return spaced_positions(self.chains, most)
+    def to_fit(self, plan: SamplingPlan, rng: np.random.Generator) -> FloatArray:
+        """Positions to fit a proposal to."""
+        if self.proposed is None or not plan.fitted_proposals:
+            return spaced_positions(self.chains, plan.fitted_draws)
         few = int(self.chains[..., 0].size / _CHAIN_DRAWS_FOR_ONE)
-        of_chains = spaced_positions(self.chains, min(most, few))
-        return np.concatenate([of_chains, self.proposed.resampled(most, rng)])
+        of_chains = spaced_positions(self.chains, min(plan.fitted_draws, few))
+        return np.concatenate([of_chains, self.proposed.resampled(plan.fitted_proposals, rng)])
 
     def late(self) -> _Advanced:
         """Without the first half of the chains."""
@@ -184,8 +188,8 @@ def sample_until_converged(
     parts = zip(plan.warm_up_steps, cooling, plan.components, strict=False)
     for steps, temperature, components in parts:
         found = advance(steps, mixture, temperature).late()
-        # The part before was wider: the proposal keeps what it saw.
-        late = [*late[-1:], found.to_fit(plan.fitted_draws, rng)]
+        # The parts before were wider: the proposal keeps what they saw.
+        late = [*late[-2:], found.to_fit(plan, rng)]
         mixture = fitted(late, components)
     if redraw is not None and not redraw.concerns(np.concatenate(late)).any():
         redraw = None  # of no use to this record
@@ -200,7 +204,7 @@ def sample_until_converged(
         if tau > _SLOW and refits < fits and worth_it:
             # The proposal misses part of the posterior: what was seen so far becomes warm-up.
             slowest, fitted_to = tau, total
-            seen = [run.to_fit(plan.fitted_draws, rng)]
+            seen = [run.to_fit(plan, rng)]
             if plan.wide_steps:
                 wide_steps, here = (refits + 1) * plan.wide_steps, states
                 wide = advance(wide_steps, mixture, _WIDE_TEMPERATURE)
@@ -227,7 +231,7 @@ def sample_until_converged(
             if lost is not None and steps_done < plan.most_steps + plan.further_steps:
                 # All before was without them: walkers first find their way back.
                 regained.append(lost)
-                mixture = fitted_anew([run.to_fit(plan.fitted_draws, rng)])
+                mixture = fitted_anew([run.to_fit(plan, rng)])
                 slowest, fitted_to, refits = math.inf, plan.first_steps, refits + 1
                 advance(plan.first_steps, mixture)
                 warm_up = steps_done

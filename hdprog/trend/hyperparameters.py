@@ -23,6 +23,7 @@ WALKERS = 20
 RHAT_LIMIT = 1.02
 """On a few hundred effective draws, R-hat itself scatters by about 0.01."""
 _COMPONENTS = 2
+_PROPOSALS = 6000  # that the last proposal is fitted to, at most
 _DIFFERENCE = 1e-2
 _BOTTOM = -1e12  # stands for minus infinity where differences are taken
 
@@ -158,8 +159,10 @@ def sample(
     mixture = None
     for share in (burn_in // 2, burn_in - burn_in // 2):
         stretch = sample_ensembles(log_density, state, share, mixture)
-        seen, state = stretch.chains[:, share // 2 :], stretch.state
-        mixture = fit_mixture(seen.reshape(-1, walkers.shape[-1]), _COMPONENTS, rng)
+        seen = stretch.chains[:, share // 2 :].reshape(-1, walkers.shape[-1])
+        if stretch.proposed is not None:
+            seen = np.concatenate([seen, stretch.proposed.resampled(_PROPOSALS, rng)])
+        state, mixture = stretch.state, fit_mixture(seen, _COMPONENTS, rng)
     stretch = sample_ensembles(log_density, state, steps, mixture)
     chains = stretch.chains
     while True:
