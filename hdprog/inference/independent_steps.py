@@ -13,7 +13,7 @@ from emcee.moves import Move
 from emcee.state import State
 
 from hdprog.inference.mixture_proposal import Mixture
-from hdprog.inference.weighed_proposals import WeighedProposals
+from hdprog.inference.weighed_proposals import ENOUGH, WeighedProposals
 from hdprog.physics.parameters import FloatArray
 
 _TOGETHER = 288  # positions: more hardly cost less each
@@ -25,36 +25,33 @@ class IndependentSteps(Move):  # type: ignore[misc]  # emcee has no types
     Parameters
     ----------
     mixture : proposes
-
-    Attributes
-    ----------
-    steps_ahead : that are evaluated and not taken yet
     """
 
     def __init__(self, mixture: Mixture) -> None:
         self.mixture = mixture
         # Of each step: positions, and their log density by the target and the mixture.
-        self._all: list[tuple[FloatArray, FloatArray, FloatArray]] = []
-        self.steps_ahead = 0
+        self._ahead: list[tuple[FloatArray, FloatArray, FloatArray]] = []
         # Where walkers stood last, and the mixture's log density there.
         self._stood = np.empty((0, 0))
         self._log_mixture = np.empty(0)
+        self._told: list[WeighedProposals] = []
 
     @property
     def proposed(self) -> WeighedProposals | None:
-        """All that was evaluated so far, steps not taken yet included; None before the first."""
-        if not self._all:
-            return None
-        positions, target, mixture = (np.concatenate(one) for one in zip(*self._all, strict=True))
-        return WeighedProposals(positions, target - mixture)
+        """What was proposed, taken or not, and enough of it; None before the first step."""
+        return WeighedProposals.together(self._told)
+
+    @property
+    def steps_ahead(self) -> int:
+        """How many steps are evaluated and not taken yet."""
+        return len(self._ahead)
 
     def propose(self, model: Any, state: State) -> tuple[State, np.ndarray]:
         """Take one step; see `emcee.moves.MHMove.propose`."""
         walkers = len(state.coords)
-        if not self.steps_ahead:
+        if not self._ahead:
             self._look_ahead(model, walkers)
-        proposed = self._all[-self.steps_ahead]
-        self.steps_ahead -= 1
+        proposed = self._ahead.pop()
         self._follow(state.coords)
         here = (self._stood, state.log_prob, self._log_mixture)
         gain = (proposed[1] - proposed[2]) - (here[1] - here[2])
@@ -71,9 +68,11 @@ class IndependentSteps(Move):  # type: ignore[misc]  # emcee has no types
         """
         steps = -(-_TOGETHER // walkers)
         positions = self.mixture.draw(steps * walkers, model.random)
-        each = (positions, model.log_prob_fn(positions), self.mixture.log_density(positions))
-        self._all += zip(*(np.split(one, steps) for one in each), strict=True)
-        self.steps_ahead = steps
+        target, mixture = model.log_prob_fn(positions), self.mixture.log_density(positions)
+        each = (np.split(one, steps) for one in (positions, target, mixture))
+        self._ahead = list(zip(*each, strict=True))
+        if len(self._told) * len(positions) < ENOUGH:
+            self._told.append(WeighedProposals(positions, target - mixture))
 
     def _follow(self, coords: FloatArray) -> None:
         """Weigh by the mixture the walkers that other moves have led away."""

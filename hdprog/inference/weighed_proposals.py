@@ -13,6 +13,7 @@ import numpy as np
 
 from hdprog.physics.parameters import FloatArray
 
+ENOUGH = 20_000  # proposals of one mixture: what more of them tell no mixture follows
 _COPIES = 2.0  # of an effective draw: fewer leave out what is known, more cost time
 
 
@@ -31,8 +32,13 @@ class WeighedProposals:
 
     @staticmethod
     def together(each: Iterable[WeighedProposals | None]) -> WeighedProposals | None:
-        """Those of one mixture, wherever and whenever drawn; None where there are none."""
-        told = [one for one in each if one is not None]
+        """Enough of those of one mixture, wherever drawn and whenever; None where none were."""
+        told: list[WeighedProposals] = []
+        count = 0
+        for one in each:
+            if one is not None and count < ENOUGH:
+                told.append(one)
+                count += len(one.positions)
         if not told:
             return None
         positions = np.concatenate([one.positions for one in told])

@@ -8,7 +8,7 @@ import pytest
 from hdprog.inference.independent_steps import IndependentSteps
 from hdprog.inference.mixture_proposal import Mixture, fit_mixture
 from hdprog.inference.sampler import EnsembleState, fresh_random_state, sample_ensembles
-from hdprog.inference.weighed_proposals import WeighedProposals
+from hdprog.inference.weighed_proposals import ENOUGH, WeighedProposals
 
 DIMENSIONS = 4
 
@@ -71,6 +71,10 @@ def test_proposals_of_several_processes_are_put_together() -> None:
     assert both.positions.shape == (6, 2)
     np.testing.assert_array_equal(both.log_weight, [0.0, 1.0, 2.0, 0.0, 1.0, 2.0])
     assert WeighedProposals.together([None, None]) is None
+    many = WeighedProposals(np.zeros((ENOUGH, 2)), np.zeros(ENOUGH))
+    enough = WeighedProposals.together([many, one])
+    assert enough is not None
+    assert len(enough.positions) == ENOUGH
 
 
 def test_a_stretch_tells_all_that_was_proposed() -> None:
@@ -93,6 +97,14 @@ def test_a_stretch_tells_all_that_was_proposed() -> None:
     np.testing.assert_allclose(told.log_weight, expected, rtol=0, atol=1e-12)
     first = sample_ensembles(bent, state, 5)
     assert first.proposed is None
+
+
+def test_a_long_stretch_tells_enough_and_no_more() -> None:
+    rng = np.random.default_rng(6)
+    state = EnsembleState(exactly(40, rng).reshape(2, 20, -1), fresh_random_state(rng))
+    told = sample_ensembles(bent, state, 1000, wide(rng)).proposed
+    assert told is not None
+    assert ENOUGH <= len(told.positions) < ENOUGH + 400
 
 
 def test_weighed_proposals_teach_more_than_the_chains_that_took_them() -> None:
