@@ -51,7 +51,7 @@ class IndependentSteps(Move):  # type: ignore[misc]  # emcee has no types
         walkers = len(state.coords)
         if not self._ahead:
             self._look_ahead(model, walkers)
-        proposed = self._ahead.pop()
+        proposed = self._ahead.pop(0)
         self._follow(state.coords)
         here = (self._stood, state.log_prob, self._log_mixture)
         gain = (proposed[1] - proposed[2]) - (here[1] - here[2])
