@@ -120,7 +120,8 @@ class _Advanced:
         """Together with the next stretch, by the same proposal."""
         chains = np.concatenate([self.chains, more.chains], axis=1)
         proposed = WeighedProposals.together([self.proposed, more.proposed])
-        return replace(more, chains=chains, proposed=proposed)
+        # Acceptance stays that of the longer first stretch: the last one may be a few steps.
+        return replace(more, chains=chains, proposed=proposed, accepted=self.accepted)
 
     def to_fit(self, plan: SamplingPlan, rng: np.random.Generator) -> FloatArray:
         """Positions to fit a proposal to."""
