@@ -24,7 +24,7 @@ from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import scales_of
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import Prior
-from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
+from hdprog.inference.sampling_plan import FULL, QUICK, SamplingPlan
 from hdprog.outcome import WithReport, in_a_line
 from hdprog.parallel import prepare_numerics, process_executor, spread_over
 from hdprog.progress import Progress, untold

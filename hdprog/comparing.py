@@ -16,7 +16,7 @@ from hdprog.comparison.results import DRIVE, ComparedModel, Comparison, LeftOut
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.inference.prepare import prepare
-from hdprog.inference.until_converged import FULL, QUICK
+from hdprog.inference.sampling_plan import FULL, QUICK
 from hdprog.outcome import WithReport, in_a_line
 from hdprog.parallel import prepare_numerics, process_executor, spread_over
 from hdprog.physics.other_models import MODELS

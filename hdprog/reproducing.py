@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hdprog.inference.until_converged import FULL, QUICK
+from hdprog.inference.sampling_plan import FULL, QUICK
 from hdprog.outcome import WithReport
 from hdprog.parallel import prepare_numerics, process_executor, spread_over
 from hdprog.physics.figures import ARCMIN_PER_RAD

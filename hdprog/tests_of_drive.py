@@ -20,8 +20,8 @@ from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare
 from hdprog.inference.priors import Prior
+from hdprog.inference.sampling_plan import SamplingPlan
 from hdprog.inference.summarise import figure_requests, summarise
-from hdprog.inference.until_converged import SamplingPlan
 from hdprog.parallel import begin, spread_over
 from hdprog.progress import Progress, untold
 from hdprog.results import TestResult

@@ -26,8 +26,8 @@ from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.five_points import identify_record
 from hdprog.inference.prepare import prepare, scales_of
 from hdprog.inference.prior_file import prior_of_drive
+from hdprog.inference.sampling_plan import FULL, QUICK
 from hdprog.inference.summarise import figure_requests, summarise
-from hdprog.inference.until_converged import FULL, QUICK
 from hdprog.outcome import ExplainOutcome, Outcome, import_for_writing
 from hdprog.parallel import (
     begin,

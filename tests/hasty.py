@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hdprog.inference.until_converged import QUICK
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.trend.joint_refit import Effort
 
 SHORT = replace(

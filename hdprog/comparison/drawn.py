@@ -13,8 +13,8 @@ from hdprog.inference.fit_other import OtherPosterior, ensembles_in_words, fit_o
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, settle_noise
+from hdprog.inference.sampling_plan import SamplingPlan
 from hdprog.inference.starting_points import StartingPoint
-from hdprog.inference.until_converged import SamplingPlan
 from hdprog.physics.other_models import BY_ID
 from hdprog.physics.parameters import FloatArray
 

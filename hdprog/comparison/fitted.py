@@ -23,7 +23,7 @@ from hdprog.inference.likelihood import COUNT
 from hdprog.inference.other_likelihood import OtherLikelihood
 from hdprog.inference.other_starts import refit
 from hdprog.inference.prepare import Prepared
-from hdprog.inference.until_converged import SamplingPlan
+from hdprog.inference.sampling_plan import SamplingPlan
 from hdprog.physics.drive_model import torsion_angle
 from hdprog.physics.figures import stiffness_curve
 from hdprog.physics.other_models import BY_ID

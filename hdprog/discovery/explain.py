@@ -27,8 +27,8 @@ from hdprog.inference.effect_starts import strained
 from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared
+from hdprog.inference.sampling_plan import FULL, QUICK, SamplingPlan
 from hdprog.inference.summarise import figure_requests
-from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
 from hdprog.physics.coordinates import coordinates
 from hdprog.physics.parameters import NAMES, FloatArray
 from hdprog.results import by_level

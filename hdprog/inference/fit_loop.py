@@ -22,12 +22,9 @@ from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare, settle_noise
 from hdprog.inference.priors import Prior
 from hdprog.inference.sampler import RidgePosterior, initial_states, worth_walkers
+from hdprog.inference.sampling_plan import FULL, SamplingPlan
 from hdprog.inference.starting_points import StartingPoint, describe
-from hdprog.inference.until_converged import (
-    FULL,
-    SamplingPlan,
-    sample_until_converged,
-)
+from hdprog.inference.until_converged import sample_until_converged
 from hdprog.inference.within_blocks import WithinBlocks
 from hdprog.physics.effects.base import Effect
 from hdprog.physics.parameters import FloatArray

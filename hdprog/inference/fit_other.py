@@ -15,9 +15,10 @@ from hdprog.inference.other_likelihood import OtherLikelihood, PlainPosterior
 from hdprog.inference.other_starts import least_squares, other_starts
 from hdprog.inference.prepare import Prepared, noise_about
 from hdprog.inference.sampler import ENSEMBLES, initial_states
+from hdprog.inference.sampling_plan import SamplingPlan
 from hdprog.inference.starting_points import StartingPoint, describe
 from hdprog.inference.truncated_gaussian import sample_weights
-from hdprog.inference.until_converged import SamplingPlan, sample_until_converged
+from hdprog.inference.until_converged import sample_until_converged
 from hdprog.physics.other_models.base import OtherModel, Setting
 from hdprog.physics.other_models.nonnegative import HISTORIES, NonnegativeModel
 from hdprog.physics.parameters import FloatArray

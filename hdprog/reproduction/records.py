@@ -15,8 +15,8 @@ from hdprog.inference.noise import NoiseModel
 from hdprog.inference.other_likelihood import OtherLikelihood
 from hdprog.inference.other_starts import other_starts
 from hdprog.inference.prepare import Prepared, prepare
+from hdprog.inference.sampling_plan import SamplingPlan
 from hdprog.inference.summarise import figure_requests, parameter_summaries
-from hdprog.inference.until_converged import SamplingPlan
 from hdprog.physics.course import Course
 from hdprog.physics.figures import ARCMIN_PER_RAD, figures
 from hdprog.physics.other_models import BY_ID

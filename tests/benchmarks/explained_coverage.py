@@ -30,7 +30,7 @@ from hdprog.discovery.search import trace
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import prepare
 from hdprog.inference.prior_file import read_prior_file
-from hdprog.inference.until_converged import QUICK
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.parallel import prepare_numerics
 from hdprog.physics.figures import FigureRequest
 from tests.benchmarks.code_state import digest, imported_by

@@ -28,7 +28,7 @@ from hdprog.atomic import atomic_write_text
 from hdprog.inference.against_record import against_record, spread_of_gap
 from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.prior_file import read_prior_file
-from hdprog.inference.until_converged import QUICK
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.parallel import prepare_numerics
 from tests.benchmarks.code_state import digest, imported_by
 from tests.benchmarks.effects.loops import LISTED, UNLISTED, Case, NotDrawable, draw

@@ -24,7 +24,7 @@ from hdprog.atomic import atomic_write_text
 from hdprog.data.drive_folder import read_drive_folder, read_test_loop
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import RecordScales
-from hdprog.inference.until_converged import FULL
+from hdprog.inference.sampling_plan import FULL
 from hdprog.parallel import cores, prepare_numerics, process_executor
 from hdprog.tests_of_drive import FittedTest, fit_tests
 

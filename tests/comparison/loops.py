@@ -8,7 +8,7 @@ import numpy as np
 
 from hdprog.data.coordinates import record_course
 from hdprog.data.loop import Loop
-from hdprog.inference.until_converged import SamplingPlan
+from hdprog.inference.sampling_plan import SamplingPlan
 from hdprog.physics.other_models import BY_ID
 from hdprog.physics.other_models.base import Setting
 from hdprog.physics.parameters import FloatArray

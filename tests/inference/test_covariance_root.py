@@ -10,7 +10,7 @@ from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.inference.covariance_root import root_of
 from hdprog.inference.fit_loop import fit_loop
-from hdprog.inference.until_converged import QUICK
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.physics.figures import FigureRequest
 from tests.independent.loops import random_loop
 from tests.independent.simulator import DriveParameters, MeasurementChain, true_figures

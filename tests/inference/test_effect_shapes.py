@@ -8,7 +8,7 @@ import pytest
 from hdprog.data.loop import Loop
 from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.prior_file import read_prior_file
-from hdprog.inference.until_converged import QUICK
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.physics.effects import BY_ID
 from hdprog.physics.figures import FigureRequest
 from tests.independent.loops import LoopKind, random_loop

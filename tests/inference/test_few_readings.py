@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hdprog.inference.fit_loop import fit_loop
-from hdprog.inference.until_converged import QUICK
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.physics.parameters import NAMES
 from tests.benchmarks.calibration.loops import DRIVE
 from tests.benchmarks.modes.cases import CASES

@@ -16,8 +16,8 @@ from hdprog.data.readers import read_loop
 from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prior_file import read_prior_file
+from hdprog.inference.sampling_plan import FULL, QUICK, SamplingPlan
 from hdprog.inference.summarise import figure_requests, summarise
-from hdprog.inference.until_converged import FULL, QUICK, SamplingPlan
 from hdprog.physics.drive_model import predict
 from hdprog.physics.parameters import NAMES
 from tests.independent.loops import KINDS, random_loop

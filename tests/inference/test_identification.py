@@ -19,8 +19,8 @@ from hdprog.inference.identification import (
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import scales_of
 from hdprog.inference.prior_file import read_prior_file
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.inference.summarise import figure_requests, summarise
-from hdprog.inference.until_converged import QUICK
 from hdprog.physics.drive_model import predict
 from hdprog.physics.parameters import NAMES
 from hdprog.reporting.weak_words import weak_words

@@ -15,8 +15,8 @@ from hdprog.inference.inference_data import inference_data
 from hdprog.inference.least_squares import LED_AWAY_RATE, _Spread, kept_to_readings
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.posterior import Posterior
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.inference.starting_points import StartingPoint, descend_all
-from hdprog.inference.until_converged import QUICK
 from tests.inference import remembering_loops
 from tests.inference.remembering_loops import READINGS, TORQUE, Settled, slow
 

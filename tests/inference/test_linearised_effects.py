@@ -23,8 +23,8 @@ from hdprog.inference.linearised_effects import PARETO_K_LIMIT, EffectDraws, Lin
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare
 from hdprog.inference.prior_file import read_prior_file
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.inference.starting_points import StartingPoint, describe
-from hdprog.inference.until_converged import QUICK
 from hdprog.physics.course import Course, Scales
 from hdprog.physics.drive_model import predict
 from hdprog.physics.effects.backlash import Backlash

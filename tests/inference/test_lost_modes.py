@@ -12,8 +12,9 @@ from hdprog.inference import fit_loop, until_converged
 from hdprog.inference.lost_modes import lost_modes
 from hdprog.inference.mixture_proposal import fit_mixture
 from hdprog.inference.sampler import EnsembleState, fresh_random_state
+from hdprog.inference.sampling_plan import SamplingPlan
 from hdprog.inference.starting_points import StartingPoint
-from hdprog.inference.until_converged import SamplingPlan, sample_until_converged
+from hdprog.inference.until_converged import sample_until_converged
 
 SIZE = 4
 CENTRES = np.array([np.zeros(SIZE), 25.0 * np.ones(SIZE)])

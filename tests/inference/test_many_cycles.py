@@ -13,7 +13,7 @@ from hdprog.data.loop import Loop
 from hdprog.data.turning_points import turning_points
 from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.prior_file import read_prior_file
-from hdprog.inference.until_converged import QUICK
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.physics.drive_model import predict
 from hdprog.physics.figures import figures, standard_requests
 from tests.physics.table2 import POST_TEST

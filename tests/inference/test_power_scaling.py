@@ -141,7 +141,7 @@ def test_a_planted_conflict_is_named_and_a_sound_prior_is_not(planted: bool) -> 
     the seed is fixed.
     """
     from hdprog.inference.fit_loop import fit_loop
-    from hdprog.inference.until_converged import QUICK
+    from hdprog.inference.sampling_plan import QUICK
 
     index, sd = NAMES.index("T_i"), 0.08
     mean, deviation = PRIOR.mean.copy(), PRIOR.sd.copy()

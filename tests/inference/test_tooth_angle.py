@@ -13,9 +13,9 @@ from hdprog.inference import tooth_angle
 from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.likelihood import COUNT
 from hdprog.inference.posterior import Posterior
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.inference.summarise import figure_requests, summarise
 from hdprog.inference.tooth_angle import OTHER_ALPHA, assumed, first_order_shift
-from hdprog.inference.until_converged import QUICK
 from hdprog.physics.drive_model import predict
 from hdprog.physics.parameters import NAMES
 from hdprog.reporting.weak_words import moved_by_angle

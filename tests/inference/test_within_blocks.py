@@ -12,7 +12,7 @@ from hdprog.data.reduce import ReducedLoop, reduce_loop
 from hdprog.inference.fit_loop import fit_loop
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prior_file import read_prior_file
-from hdprog.inference.until_converged import QUICK
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.inference.within_blocks import FALSE_ALARM_RATE, WithinBlocks
 from tests.independent.loops import random_loop
 from tests.independent.simulator import MeasurementChain

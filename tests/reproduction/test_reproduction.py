@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from hdprog import reproducing
-from hdprog.inference.until_converged import QUICK
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.reproduction import mesh, sensitivity, stiffness
 from hdprog.reproduction.results import Finding
 from hdprog.reproduction.table2 import INITIAL, POST_TEST, steady_loop

@@ -10,7 +10,7 @@ import pytest
 from hdprog.config import Drive
 from hdprog.data.loop import Loop
 from hdprog.inference.fit_loop import fit_loop
-from hdprog.inference.until_converged import QUICK
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.physics.drive_model import torsion_angle
 from hdprog.physics.parameters import NAMES
 from hdprog.physics.torque_path import TorquePath

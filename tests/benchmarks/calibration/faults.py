@@ -25,8 +25,8 @@ from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, settle_noise
 from hdprog.inference.ridge_coordinates import from_unconstrained, to_unconstrained
+from hdprog.inference.sampling_plan import SamplingPlan
 from hdprog.inference.starting_points import starting_points
-from hdprog.inference.until_converged import SamplingPlan
 from hdprog.physics.parameters import NAMES, FloatArray
 from tests.benchmarks.calibration.ranks import LOG_LIKELIHOOD, Located
 

@@ -30,7 +30,7 @@ from hdprog.atomic import atomic_write_text
 from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import prepare, settle_noise
-from hdprog.inference.until_converged import QUICK
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.parallel import prepare_numerics
 from tests.benchmarks.calibration import Outcome, read_outcomes
 from tests.benchmarks.calibration.faults import (

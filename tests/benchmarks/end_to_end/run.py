@@ -28,7 +28,7 @@ from hdprog.atomic import atomic_write_text
 from hdprog.forecast.crossing import forecast
 from hdprog.forecast.scores import probability_integral_transform
 from hdprog.inference.fit_loop import fit_loop
-from hdprog.inference.until_converged import QUICK
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.parallel import prepare_numerics
 from hdprog.physics.figures import FigureRequest
 from hdprog.physics.parameters import NAMES, FloatArray

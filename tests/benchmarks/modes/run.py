@@ -30,8 +30,8 @@ from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare, settle_noise
+from hdprog.inference.sampling_plan import FULL, SamplingPlan
 from hdprog.inference.starting_points import StartingPoint, starting_points
-from hdprog.inference.until_converged import FULL, SamplingPlan
 from hdprog.parallel import prepare_numerics
 from hdprog.physics.parameters import FloatArray
 from tests.benchmarks.calibration.loops import DRIVE, PRIOR

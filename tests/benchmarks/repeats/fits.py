@@ -19,8 +19,8 @@ from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare, settle_noise
 from hdprog.inference.prior_file import prior_of_drive
 from hdprog.inference.priors import Prior, RecordScales
+from hdprog.inference.sampling_plan import QUICK
 from hdprog.inference.starting_points import StartingPoint, descend_all, describe
-from hdprog.inference.until_converged import QUICK
 from hdprog.physics.figures import FigureRequest, Operation, figures
 from hdprog.physics.parameters import NAMES, FloatArray, Parameters, in_support
 from tests.benchmarks.repeats import DRIVE, LEVELS, WHITE, WIDENED, Fit
