@@ -18,6 +18,7 @@ from hdprog.inference.least_squares import kept_to_readings
 from hdprog.inference.likelihood import COUNT, LoopLikelihood
 from hdprog.inference.linearised_effects import PARETO_K_LIMIT, EffectDraws, LinearisedEffects
 from hdprog.inference.measured_noise import local_slope
+from hdprog.inference.noise_of_readings import with_noise_of_readings
 from hdprog.inference.posterior import Posterior
 from hdprog.inference.prepare import Prepared, prepare, settle_noise
 from hdprog.inference.priors import Prior
@@ -108,15 +109,18 @@ def sample_posterior(
     likelihood : with its noise and effects
     starts : modes of it, best first
     parts : into how many the ensembles are divided; the draws depend on it
-    to_readings : keep least squares where the noise leads the fit away, see `least_squares`
+    to_readings : take the noise that readings tell, see `noise_of_readings`, and keep least squares
+        where it leads the fit away, see `least_squares`
     rng, plan, executor, progress : as in `fit_loop`
     """
+    told: WithinBlocks | None = None
     if to_readings:
+        likelihood, starts, told = with_noise_of_readings(prepared, likelihood, starts)
         beside = starts[0].point[COUNT + 1 :]
         known = [np.concatenate([start.point, beside]) for start in prepared.starts]
         likelihood, starts = kept_to_readings(likelihood, starts, known)
     if likelihood.least_squares is None:
-        likelihood, starts = _weighed(prepared, likelihood, starts)
+        likelihood, starts = _weighed(prepared, likelihood, starts, told)
     linearised = LinearisedEffects.about(likelihood, starts[0]) if likelihood.effects else None
     plan = plan.suited_to(likelihood.blocks)
 
@@ -251,11 +255,14 @@ def _warnings(
 
 
 def _weighed(
-    prepared: Prepared, likelihood: LoopLikelihood, starts: list[StartingPoint]
+    prepared: Prepared,
+    likelihood: LoopLikelihood,
+    starts: list[StartingPoint],
+    told: WithinBlocks | None,
 ) -> tuple[LoopLikelihood, list[StartingPoint]]:
     """The likelihood with as many degrees of freedom as blocks and readings are worth."""
     effective = effective_degrees(likelihood, starts[0])
-    within = _within_blocks(prepared, likelihood, starts[0])
+    within = told or _within_blocks(prepared, likelihood, starts[0])
     if effective < likelihood.block_degrees:
         likelihood = replace(likelihood, effective=effective)
     elif within is not None:

@@ -58,12 +58,13 @@ class NoiseModel:
         return NoiseModel(sd, sd, _whitening(covariance), words)
 
     def with_decaying(
-        self, correlated: FloatArray, log_ratio: float, length: float, position: FloatArray
+        self, correlated: FloatArray, variance: float, length: float, position: FloatArray
     ) -> NoiseModel:
         """White noise plus a correlated covariance (blocks, blocks) in rad².
 
-        The likeliest term's log_ratio and length give its words.
+        The likeliest term's variance in rad² and length give its words.
         """
+        log_ratio = float(np.log(variance / np.mean(self.white_sd**2)))
         share = 1 / (1 + np.exp(-log_ratio))
         words = (
             "white noise plus Ornstein-Uhlenbeck terms, the likeliest of which carries "

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_banded
 from scipy.linalg.lapack import dpttrf, dpttrs
 from scipy.optimize import minimize
 from scipy.special import chdtri
@@ -96,6 +98,97 @@ class _Restricted:
 _IMPOSSIBLE = _Restricted(np.inf, 0.0)
 
 
+@dataclass(frozen=True)
+class Shapes:
+    """Ornstein-Uhlenbeck terms beside white noise, each with the weight of its likelihood.
+
+    Attributes
+    ----------
+    variance, length : of the likeliest term: in rad², and over which it decays in the unit of
+        the positions
+    variances, lengths : of all terms, where the white part has scale one
+    squares, degrees : what is left in units of the white part, and its degrees of freedom
+    """
+
+    variance: float
+    length: float
+    variances: FloatArray
+    lengths: FloatArray
+    squares: float
+    degrees: float
+
+    @staticmethod
+    def of(
+        best: FloatArray,
+        axes: tuple[FloatArray, FloatArray],
+        seen: list[list[_Restricted]],
+        mean_variance: float,
+        squares: float,
+        degrees: float,
+    ) -> Shapes:
+        """From a grid of logs of ratio and length, what was seen of each, and the likeliest.
+
+        What was seen is of a residual whose sum of squares in units of the white part is one, and
+        not `squares`.
+        """
+        ratio, length = axes
+        deviance = np.array([[one.deviance for one in row] for row in seen])
+        variance = np.array([[one.variance for one in row] for row in seen])
+        likelihood = np.exp(-0.5 * (deviance - deviance.min()))
+        rows, columns = np.nonzero(likelihood > _LEAST_WEIGHT)
+        weight = likelihood[rows, columns] * variance[rows, columns]
+        scale = float(weight.sum() / likelihood[rows, columns].sum())
+        weight /= weight.sum()
+        # Shapes of one length differ by a factor only.
+        factors = np.bincount(rows, weights=weight * np.exp(ratio[columns]), minlength=length.size)
+        some = np.flatnonzero(factors)
+        return Shapes(
+            mean_variance * float(np.exp(best[0])),
+            float(np.exp(best[1])),
+            np.asarray(mean_variance * factors[some], dtype=np.float64),
+            np.exp(length[some]),
+            scale * squares * degrees,
+            degrees,
+        )
+
+    def covariance(self, position: FloatArray) -> FloatArray:
+        """(blocks, blocks) of the terms, averaged, at positions (blocks,)."""
+        distance = np.abs(position[:, None] - position[None, :])
+        total: FloatArray = np.zeros_like(distance)
+        for length, variance in zip(self.lengths, self.variances, strict=True):
+            total += variance * np.exp(-distance / length)
+        return total
+
+    def covariance_of_means(self, position: FloatArray, block_of: NDArray[np.intp]) -> FloatArray:
+        """(blocks, blocks) of the terms' means over readings.
+
+        Parameters
+        ----------
+        position : (readings,) increasing
+        block_of : (readings,) block of each, from 0 on and one after the other
+        """
+        starts = np.flatnonzero(np.diff(block_of, prepend=-1))
+        count = np.bincount(block_of).astype(np.float64)
+        first, last = position[starts], position[np.append(starts[1:], position.size) - 1]
+        apart = np.maximum(first[None, :] - last[:, None], 0.0)
+        later = np.triu(np.ones(apart.shape, dtype=bool), 1)
+        total: FloatArray = np.zeros_like(apart)
+        for length, variance in zip(self.lengths, self.variances, strict=True):
+            kept = np.exp(-np.diff(position, prepend=position[0]) / length)
+            kept[starts] = 0.0
+            # What of all readings before it in its block each still remembers.
+            remembered = solve_banded(
+                (1, 0), np.stack([np.ones_like(kept), -np.roll(kept, -1)]), kept
+            )
+            inside = (count + 2 * np.bincount(block_of, weights=remembered)) / count**2
+            ahead = np.bincount(block_of, weights=np.exp((position - last[block_of]) / length))
+            behind = np.bincount(block_of, weights=np.exp((first[block_of] - position) / length))
+            between = np.outer(ahead / count, behind / count) * np.exp(-apart / length)
+            between = np.where(later, between, 0.0)
+            total += variance * (between + between.T + np.diag(inside))
+        return total
+
+
 def fit_noise(
     residual: FloatArray, sensitivities: FloatArray, sd: FloatArray, position: FloatArray
 ) -> NoiseModel:
@@ -113,12 +206,35 @@ def fit_noise(
     NoiseModel, white where the likelihood-ratio test keeps white at `FALSE_ALARM_RATE`, and where
     the sensitivities explain the residual up to rounding
     """
+    least = float(chdtri(2, FALSE_ALARM_RATE))
+    found = fit_shapes(residual, sensitivities, sd, position, least)
+    if found is None:
+        return NoiseModel.white(sd)
+    return NoiseModel.white(sd).with_decaying(
+        found.covariance(position), found.variance, found.length, position
+    )
+
+
+def fit_shapes(
+    residual: FloatArray,
+    sensitivities: FloatArray,
+    sd: FloatArray,
+    position: FloatArray,
+    least: float = -np.inf,
+) -> Shapes | None:
+    """The shapes that a residual leaves possible; None where no more than rounding is left of it.
+
+    Parameters
+    ----------
+    residual, sensitivities, sd, position : as in `fit_noise`
+    least : deviance by which the likeliest must be better than white noise; None where it is not
+    """
     # Directions that the data do not see make no projection.
     left, strength, _ = np.linalg.svd(sensitivities / sd[:, None], full_matrices=False)
     seen_by_data = left[:, strength > 1e-8 * strength[0]]
     unexplained = _unexplained(residual / sd, seen_by_data)
     if unexplained is None:
-        return NoiseModel.white(sd)
+        return None
     steps = np.maximum(np.diff(position), 1e-9 * (position[-1] - position[0]))
     typical, extent = float(np.median(steps)), float(position[-1] - position[0])
     mean_variance = float(np.mean(sd**2))
@@ -143,14 +259,13 @@ def fit_noise(
     found = minimize(
         deviance, best, method="L-BFGS-B", bounds=bounds, options={"maxiter": 15, "eps": 1e-3}
     )
-    if white.deviance - found.fun < chdtri(2, FALSE_ALARM_RATE):
-        return NoiseModel.white(sd)
+    if white.deviance - found.fun < least:
+        return None
     axes = _axes_about(found.x, bounds)
-    correlated = mean_variance * _averaged(axes, _seen_about(found.x, axes, seen), position)
-    log_ratio, log_length = (float(value) for value in found.x)
-    return NoiseModel.white(sd).with_decaying(
-        correlated, log_ratio, float(np.exp(log_length)), position
-    )
+    degrees = float(sd.size - seen_by_data.shape[1])
+    grid = _seen_about(found.x, axes, seen)
+    squares = float(unexplained @ (residual / sd)) ** 2
+    return Shapes.of(found.x, axes, grid, mean_variance, squares, degrees)
 
 
 def _unexplained(residual: FloatArray, basis: FloatArray) -> FloatArray | None:
@@ -199,23 +314,3 @@ def _seen_about(
                 met.add(near)
                 waiting.append(near)
     return found
-
-
-def _averaged(
-    axes: tuple[FloatArray, FloatArray], seen: list[list[_Restricted]], position: FloatArray
-) -> FloatArray:
-    """(blocks, blocks) correlated covariance over that of the white part, averaged over shapes."""
-    ratio, length = axes
-    deviance = np.array([[one.deviance for one in row] for row in seen])
-    variance = np.array([[one.variance for one in row] for row in seen])
-    likelihood = np.exp(-0.5 * (deviance - deviance.min()))
-    rows, columns = np.nonzero(likelihood > _LEAST_WEIGHT)
-    weight = likelihood[rows, columns] * variance[rows, columns]
-    weight /= weight.sum()
-    distance = np.abs(position[:, None] - position[None, :])
-    total = np.zeros_like(distance)
-    # Shapes of one length differ by a factor only.
-    factors = np.bincount(rows, weights=weight * np.exp(ratio[columns]), minlength=length.size)
-    for row in np.flatnonzero(factors):
-        total += factors[row] * np.exp(-distance / np.exp(length[row]))
-    return total

@@ -79,6 +79,12 @@ def starting_points(
     return sorted(found, key=lambda start: start.deviance)
 
 
+def modes_near(likelihood: LoopLikelihood, starts: Sequence[FloatArray]) -> list[StartingPoint]:
+    """Modes near those (size,) of a likelihood that is much the same, best first."""
+    found = _different(descend_all(likelihood, starts))
+    return sorted(found, key=lambda start: start.deviance)
+
+
 def _different(candidates: Sequence[StartingPoint]) -> list[StartingPoint]:
     """Modes without those that were found before."""
     found: list[StartingPoint] = []

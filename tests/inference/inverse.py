@@ -23,5 +23,6 @@ def coordinates_of(prior: Prior, parameters: Mapping[str, float | FloatArray]) -
 def decaying(sd: FloatArray, log_ratio: float, length: float, position: FloatArray) -> NoiseModel:
     """White noise sd (blocks,) plus an Ornstein-Uhlenbeck term over positions (blocks,)."""
     distance = np.abs(position[:, None] - position[None, :])
-    correlated = np.mean(sd**2) * np.exp(log_ratio - distance / length)
-    return NoiseModel.white(sd).with_decaying(correlated, log_ratio, length, position)
+    variance = float(np.mean(sd**2) * np.exp(log_ratio))
+    correlated = variance * np.exp(-distance / length)
+    return NoiseModel.white(sd).with_decaying(correlated, variance, length, position)

@@ -11,7 +11,7 @@ from scipy import stats
 from hdprog.inference.noise_shape import (
     FALSE_ALARM_RATE,
     DecayingNoise,
-    _averaged,
+    Shapes,
     _Restricted,
     fit_noise,
 )
@@ -150,7 +150,7 @@ def test_shapes_are_averaged_as_the_covariances_that_they_say() -> None:
     ratio, length = np.log([0.5, 2.0]), np.log([1.0, 5.0])
     never = _Restricted(np.inf, 0.0)
     seen = [[_Restricted(7.0, 1.0), never], [never, _Restricted(7.0, 4.0)]]
-    found = _averaged((ratio, length), seen, position)
+    found = Shapes.of(np.zeros(2), (ratio, length), seen, 1.0, 1.0, 9.0).covariance(position)
     distance = np.abs(position[:, None] - position[None, :])
     first = 1.0 * (np.eye(3) + 0.5 * np.exp(-distance / 1.0))
     second = 4.0 * (np.eye(3) + 2.0 * np.exp(-distance / 5.0))
