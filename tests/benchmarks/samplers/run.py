@@ -58,7 +58,7 @@ from tests.benchmarks.samplers.summary import OWN, in_words, summary
 
 RESULTS = Path(__file__).parent / "results"
 PICTURE = Path(__file__).parents[3] / "reports" / "guide" / "samplers.png"
-BOUND = 25.0
+BOUND = 60.0
 """Processor seconds, compilation aside, after which a sampler is stopped."""
 SAMPLERS: dict[str, Callable[[Target, float], Found]] = {
     OWN: lambda target, bound: hdprog_full_plan(target),
