@@ -85,6 +85,11 @@ class ReducedLoop:
         """(blocks,) mean time in s, or None."""
         return self.course.time
 
+    @property
+    def moment(self) -> FloatArray:
+        """(blocks,) when they were recorded: in s, or in readings where no time is known."""
+        return self.position if self.time is None else self.time
+
 
 def _window(torque: FloatArray, noise: float) -> float:
     """Readings of a ramp to average at its end: as many as make the bias no larger than the noise.

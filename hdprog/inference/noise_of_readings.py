@@ -20,7 +20,7 @@ from hdprog.inference.likelihood import LoopLikelihood
 from hdprog.inference.measured_noise import reading_noise
 from hdprog.inference.noise import NoiseModel
 from hdprog.inference.noise_shape import Shapes, fit_shapes
-from hdprog.inference.prepare import Prepared
+from hdprog.inference.prepare import Prepared, left_by_fit
 from hdprog.inference.starting_points import StartingPoint, modes_near
 from hdprog.inference.within_blocks import WithinBlocks
 from hdprog.physics.parameters import FloatArray
@@ -60,22 +60,13 @@ class _Fine:
         of_reading = noise.white_sd * np.sqrt(blocks.count)
         sd = np.interp(reduced.position, blocks.position, of_reading) / np.sqrt(reduced.count)
         white = replace(likelihood, reduced=reduced, noise=NoiseModel.white(sd))
-        white = replace(white, effective=None, within=None)
-        left, derivative = white.jacobian(start.point)
-        residual = left * sd
+        residual, sensitivities = left_by_fit(white, start)
         if noise.term is not None:
             missing = blocks.angle - likelihood.angle(start.point[None, :])[0]
             missing = missing - likelihood.offset(missing)
             features = noise.term.features(reduced.course)
             residual = residual - features @ noise.coefficients(missing)
-        sensitivities = np.hstack([derivative * sd[:, None], np.ones((sd.size, 1))])
         return _Fine(reduced, residual, sensitivities, sd)
-
-    @property
-    def position(self) -> FloatArray:
-        """(fine,) that correlation decays over: s, or readings."""
-        time = self.reduced.time
-        return self.reduced.position if time is None else time
 
 
 def with_noise_of_readings(
@@ -100,7 +91,7 @@ def with_noise_of_readings(
     fine = _Fine.of(prepared, likelihood, starts[0])
     if fine.sd.size < _FINER * likelihood.blocks:
         return as_it_was
-    shapes = fit_shapes(fine.residual, fine.sensitivities, fine.sd, fine.position)
+    shapes = fit_shapes(fine.residual, fine.sensitivities, fine.sd, fine.reduced.moment)
     if shapes is None:
         return as_it_was
     told = replace(likelihood, noise=_of_blocks(shapes, prepared, likelihood))
@@ -120,7 +111,6 @@ def _of_blocks(shapes: Shapes, prepared: Prepared, likelihood: LoopLikelihood) -
     used = reduced.block_of >= 0
     index = np.arange(len(loop), dtype=np.float64)
     readings = index if reduced.time is None or loop.time is None else loop.time
-    blocks = reduced.position if reduced.time is None else reduced.time
     covariance = shapes.covariance_of_means(readings[used], reduced.block_of[used])
-    told = noise.as_white.with_decaying(covariance, shapes.variance, shapes.length, blocks)
+    told = noise.as_white.with_decaying(covariance, shapes.variance, shapes.length, reduced.moment)
     return told if noise.term is None else told.with_term(noise.term, reduced.course)

@@ -23,6 +23,7 @@ from hdprog.inference.spikes import remark_on_spikes
 from hdprog.inference.starting_points import StartingPoint, starting_points
 from hdprog.physics.course import Course
 from hdprog.physics.figures import Operation
+from hdprog.physics.parameters import FloatArray
 
 
 @dataclass(frozen=True)
@@ -151,12 +152,19 @@ def noise_about(likelihood: LoopLikelihood, start: StartingPoint) -> NoiseModel:
     """Noise from what a mode and its empirical term leave, the sensitivities projected out."""
     sd, reduced = likelihood.noise.white_sd, likelihood.reduced
     white = replace(likelihood, noise=likelihood.noise.as_white)
-    residual, derivative = white.jacobian(start.point)
-    residual = residual * sd
+    residual, sensitivities = left_by_fit(white, start)
     if likelihood.noise.term is not None:
         left = reduced.angle - likelihood.angle(start.point[None, :])[0]
         left = left - likelihood.offset(left)
         residual = left - likelihood.noise.smooth_part(left)
-    position = reduced.time if reduced.time is not None else reduced.position
-    sensitivities = np.hstack([derivative * sd[:, None], np.ones((sd.size, 1))])
-    return fit_noise(residual, sensitivities, sd, position)
+    return fit_noise(residual, sensitivities, sd, reduced.moment)
+
+
+def left_by_fit(white: LoopLikelihood, start: StartingPoint) -> tuple[FloatArray, FloatArray]:
+    """What a mode leaves under white noise, (blocks,) in rad, and what it was fitted with.
+
+    The latter are the derivatives of the angle (blocks, size + 1) by the point and the offset.
+    """
+    residual, derivative = white.jacobian(start.point)
+    sd = white.noise.white_sd
+    return residual * sd, np.hstack([derivative * sd[:, None], np.ones((sd.size, 1))])

@@ -152,10 +152,9 @@ def _describe(fit: Fit, posterior: Posterior, best: StartingPoint) -> None:
     fit.converged = posterior.converged
     fit.readings, fit.blocks = len(posterior.loop), likelihood.blocks
     if noise.log_ratio is not None and noise.correlation_length is not None:
-        position = reduced.time if reduced.time is not None else reduced.position
         fit.correlated = True
         fit.ou_share = float(1 / (1 + np.exp(-noise.log_ratio)))
-        fit.ou_length = noise.correlation_length / float(np.ptp(position))
+        fit.ou_length = noise.correlation_length / float(np.ptp(reduced.moment))
     left = reduced.angle - likelihood.angle(best.point[None, :])[0]
     left = left - likelihood.offset(left)
     left = left - noise.smooth_part(left)
