@@ -150,9 +150,11 @@ def begin_trend(
         starts = np.concatenate([best[None], best + 0.3 * rng.standard_normal((7, best.size))])
     walkers = starting_walkers(density_of(found.loops), best, rng)
     # Short runs find where the hyperparameters lie; the loops are taken anew there.
-    for number in range(_ROUNDS):
-        draws = sample(density_of(found.loops), walkers, 60 if number == 0 else 40, 60, rng)
+    burn_in, proposal = 60, None
+    for _ in range(_ROUNDS):
+        draws = sample(density_of(found.loops), walkers, burn_in, 60, rng, proposal=proposal)
         walkers, centre = draws.chains[:, -1], draws.flat.mean(axis=0)
+        burn_in, proposal = 20, draws.proposal
         before, found = found, joint_mode(tests, found.points, joint_prior(centre))
         distance = moved(before.points, found, joint_prior(centre))
         if distance < _MOVED_ENOUGH:
@@ -163,7 +165,7 @@ def begin_trend(
     step = with_tilted_loops(step, centre, rng)
     found = replace(found, loops=tuple(test.loop for test in step.tests))
     effort = QUICK if quick else FULL
-    draws = sample(density_of(found.loops), walkers, 40, effort.steps, rng, effort)
+    draws = sample(density_of(found.loops), walkers, 40, effort.steps, rng, effort, proposal)
     effort_of_all = joint_effort or (JOINT_QUICK if quick else JOINT_FULL)
     meeting = begin_meeting(step, draws, rng, effort_of_all, executor)
 

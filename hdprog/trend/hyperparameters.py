@@ -2,8 +2,10 @@
 
 Every hyperparameter is sampled as a standard normal deviate, so the prior is a unit Gaussian.
 Several independent ensembles run as for the loops: differential evolution and stretch moves first,
-then mostly proposals from a mixture fitted to these and frozen. They start from an
-importance-resampled Laplace approximation around the mode.
+then mostly proposals from a mixture fitted to these and frozen. Where the tests tell little wander,
+they tell pace and clock closely: a funnel, whose neck holds up walkers that the mixture does not
+know. So it is fitted anew to every stretch that has not converged, which is dropped. They start
+from an importance-resampled Laplace approximation around the mode.
 """
 
 from __future__ import annotations
@@ -14,16 +16,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from hdprog.inference.diagnostics import diagnose
-from hdprog.inference.mixture_proposal import fit_mixture
-from hdprog.inference.sampler import EnsembleState, fresh_random_state, sample_ensembles
+from hdprog.inference.mixture_proposal import Mixture, fit_mixture
+from hdprog.inference.sampler import (
+    EnsembleState,
+    Stretch,
+    fresh_random_state,
+    sample_ensembles,
+    spaced_positions,
+)
 from hdprog.physics.parameters import FloatArray
 
 ENSEMBLES = 4
 WALKERS = 20
 RHAT_LIMIT = 1.02
 """On a few hundred effective draws, R-hat itself scatters by about 0.01."""
-_COMPONENTS = 2
-_PROPOSALS = 6000  # that the last proposal is fitted to, at most
+_FIRST_COMPONENTS, _COMPONENTS = 2, 6  # of the mixture, in the burn-in and behind it
+_CHAIN_DRAWS, _PROPOSALS = 3000, 6000  # that it is fitted to, at most
 _DIFFERENCE = 1e-2
 _BOTTOM = -1e12  # stands for minus infinity where differences are taken
 
@@ -40,6 +48,7 @@ class HyperparameterDraws:
     chains : (ensembles, steps, walkers, dimensions)
     rhat, ess_bulk, ess_tail : worst over the dimensions
     converged : R-hat and effective sizes within their limits
+    proposal : fitted to them, and to what was proposed to them; None where nothing was
     """
 
     chains: FloatArray
@@ -47,6 +56,7 @@ class HyperparameterDraws:
     ess_bulk: float
     ess_tail: float
     converged: bool
+    proposal: Mixture | None = None
 
     @property
     def flat(self) -> FloatArray:
@@ -126,15 +136,15 @@ def starting_walkers(
 
 @dataclass(frozen=True)
 class Effort:
-    """How long to sample: kept steps, the bound up to which they are doubled, wanted ESS."""
+    """How long to sample: steps of the first stretch and of the last, wanted ESS."""
 
     steps: int
     largest_steps: int
     ess: float
 
 
-FULL = Effort(200, 1600, 400.0)
-QUICK = Effort(200, 1600, 200.0)
+FULL = Effort(100, 1600, 400.0)
+QUICK = Effort(100, 1600, 200.0)
 
 
 def sample(
@@ -144,40 +154,48 @@ def sample(
     steps: int,
     rng: np.random.Generator,
     effort: Effort | None = None,
+    proposal: Mixture | None = None,
 ) -> HyperparameterDraws:
-    """Run the ensembles, longer where they have not converged.
+    """Run the ensembles, for twice as long each time that they have not converged.
 
     Parameters
     ----------
     log_density : vectorised
     walkers : (ensembles, walkers, dimensions)
-    burn_in, steps : dropped steps, in whose two halves the proposal is fitted, and kept ones
+    burn_in, steps : dropped steps, behind each half of which the proposal is fitted, and kept ones
     rng : source of randomness
     effort : how far to go on; the kept steps alone if left out
+    proposal : fitted to draws of a density that is much like this one; None where there are none
     """
     state = EnsembleState(walkers, fresh_random_state(rng))
-    mixture = None
+    components = _FIRST_COMPONENTS if proposal is None else _COMPONENTS
     for share in (burn_in // 2, burn_in - burn_in // 2):
-        stretch = sample_ensembles(log_density, state, share, mixture)
-        seen = stretch.chains[:, share // 2 :].reshape(-1, walkers.shape[-1])
-        if stretch.proposed is not None:
-            seen = np.concatenate([seen, stretch.proposed.resampled(_PROPOSALS, rng)])
-        state, mixture = stretch.state, fit_mixture(seen, _COMPONENTS, rng)
-    stretch = sample_ensembles(log_density, state, steps, mixture)
-    chains = stretch.chains
+        stretch = sample_ensembles(log_density, state, share, proposal)
+        late = stretch.chains[:, share // 2 :]
+        state, proposal = stretch.state, _fitted(late, stretch, components, rng)
     while True:
-        kept = chains.shape[1]
-        draws = _diagnosed(chains, 0.0 if effort is None else effort.ess)
-        if draws.converged or effort is None or 2 * kept > effort.largest_steps:
+        stretch = sample_ensembles(log_density, state, steps, proposal)
+        state, proposal = stretch.state, _fitted(stretch.chains, stretch, _COMPONENTS, rng)
+        draws = _diagnosed(stretch.chains, 0.0 if effort is None else effort.ess, proposal)
+        steps *= 2
+        if draws.converged or effort is None or steps > effort.largest_steps:
             return draws
-        stretch = sample_ensembles(log_density, stretch.state, kept, mixture)
-        chains = np.concatenate([chains, stretch.chains], axis=1)
 
 
-def _diagnosed(chains: FloatArray, ess_limit: float) -> HyperparameterDraws:
+def _fitted(
+    chains: FloatArray, stretch: Stretch, components: int, rng: np.random.Generator
+) -> Mixture:
+    """A proposal fitted to chains, and to all that was proposed in a stretch."""
+    seen = spaced_positions(chains, _CHAIN_DRAWS)
+    if stretch.proposed is not None:
+        seen = np.concatenate([seen, stretch.proposed.resampled(_PROPOSALS, rng)])
+    return fit_mixture(seen, components, rng)
+
+
+def _diagnosed(chains: FloatArray, ess_limit: float, proposal: Mixture) -> HyperparameterDraws:
     """Diagnostics across ensembles."""
     found = diagnose(chains)
     rhat = float(found.rhat.max())
     bulk, tail = float(found.ess_bulk.min()), float(found.ess_tail.min())
     converged = rhat < RHAT_LIMIT and min(bulk, tail) >= ess_limit
-    return HyperparameterDraws(chains, rhat, bulk, tail, converged)
+    return HyperparameterDraws(chains, rhat, bulk, tail, converged, proposal)

@@ -34,7 +34,7 @@ from hdprog.trend.trend_density import believed
 from hdprog.trend.written_out import WrittenOut, with_rows
 
 _T_T = NAMES.index("T_T")
-_WARM_UP, _WEIGHING = 20, 10  # sweeps, and those until all of the weight counts
+_WARM_UP, _WEIGHING = 15, 7  # sweeps, and those until all of the weight counts
 _FIRST_SHARE = 0.05  # of the weight that counts in the first sweep
 _LEARN = 5  # sweeps
 _FRESH = 4  # sweeps from one offer of fresh numbers to the next
@@ -44,7 +44,6 @@ _HEATED, _HEAT = 4, 0.15  # rounds in which only so much of the log density coun
 _JUMPS = np.array([1.0, 3.0, 6.0])  # of a threshold, in its wear coordinate
 _NEAR_NONE = 3.0  # spreads of the Gaussian step, from where a threshold is all but none
 _FOLLOWED = 1  # how many shifts by other chains a sweep takes
-_VARIED = 2  # how often a sweep varies the hyperparameters under the same states
 _STEP = np.array([0.15, 0.4, 0.8])  # of two draws' difference; a Gaussian's best is 0.56
 _ALONE = np.array([0.5, 1.5])  # the same of one hyperparameter alone, in its prior's spreads
 _WRITTEN = 120  # numbers of all tests' states up to which all chains are offered others each sweep
@@ -124,8 +123,7 @@ class Chains:
             # Tails that a turn hardly finds are entered, and left, by draws of their own.
             fresh = self._rng.standard_normal(self._numbers.shape)
             self._offer(np.arange(len(fresh)), self.deviates, self._at, fresh)
-        for _ in range(_VARIED):
-            self._vary_hyperparameters()
+        self._vary_hyperparameters()
         for path in self._paths:
             self._go_along(path)
             if path.turns:

@@ -29,7 +29,6 @@ HIGHEST_K = 0.5
 """Pareto k above which the weights have no variance. Up to 0.7 a mean may still be estimated, but
 at 0.6 draws of these many dimensions were a third of a spread away from the posterior."""
 _WEIGHTED = 4000
-_EVERY = 2  # of the sweeps is kept
 RHAT_LIMIT = 1.1
 """On a hundred effective draws R-hat itself scatters by some hundredths."""
 _MOST_REMEMBERED = 0.4
@@ -42,7 +41,7 @@ _FEWEST_EFFECTIVE = 1000.0  # weighted draws: k of 4 000 scatters by 0.15, and l
 class Effort:
     """How long to sample: sweeps at first, the bound of sweeps, the ESS that ends them.
 
-    They grow by a quarter of the first ones, until that is reached and chains have forgotten where
+    They grow by half of the first ones, until that is reached and chains have forgotten where
     they began; without any, nothing is sampled. Draws at the bound are trusted with `least`
     effective ones. There are four groups of `chains`, in `parts` that may run side by side,
     whatever the cores: the draws depend on it.
@@ -56,8 +55,8 @@ class Effort:
     parts: int = 2
 
 
-FULL = Effort(24, 100, 75.0, 60.0)
-QUICK = Effort(24, 80, 75.0, 50.0)
+FULL = Effort(12, 100, 75.0, 60.0)
+QUICK = Effort(12, 80, 75.0, 50.0)
 NONE = Effort(0, 0, 0.0, 0.0)
 """For a forecast that another one is compared with: draws of the Gaussian step, weighted or not."""
 
@@ -152,7 +151,7 @@ class _Run:
     Attributes
     ----------
     chains : where they stand
-    deviates, measured : (kept, chains, k) and (kept, chains, tests, n)
+    deviates, measured : (sweeps, chains, k) and (sweeps, chains, tests, n)
     """
 
     chains: Chains
@@ -167,11 +166,10 @@ def _first_run(chains: Chains, sweeps: int) -> _Run:
 
 def _run_on(chains: Chains, sweeps: int) -> _Run:
     deviates, measured = [], []
-    for number in range(sweeps):
+    for _ in range(sweeps):
         chains.sweep()
-        if number % _EVERY == _EVERY - 1:
-            deviates.append(chains.deviates.copy())
-            measured.append(chains.met.copy())
+        deviates.append(chains.deviates.copy())
+        measured.append(chains.met.copy())
     return _Run(chains, np.array(deviates), np.array(measured))
 
 
@@ -192,7 +190,7 @@ def _sampled(
         enough &= _remembered(*kept) < _MOST_REMEMBERED
         if enough or sweeps >= effort.largest_sweeps:
             return found
-        further = min(effort.sweeps // 4, effort.largest_sweeps - sweeps)
+        further = min(effort.sweeps // 2, effort.largest_sweeps - sweeps)
         parts = [begin(executor, _run_on, run.chains, further) for run in runs]
         sweeps += further
 

@@ -19,6 +19,7 @@ from hdprog.physics.parameters import NAMES
 from hdprog.trend import gaussian_step, joint_chains, joint_refit, wear_coordinates
 from hdprog.trend.exact_likelihood import Nuisances
 from hdprog.trend.hyperparameters import HyperparameterDraws
+from hdprog.trend.joint_chains import Chains
 from hdprog.trend.joint_refit import Effort, Met, begin_meeting
 from hdprog.trend.ridge_map import RidgeMap, onto_ridges
 from hdprog.trend.ridge_paths import RidgePath, Shift
@@ -52,7 +53,7 @@ def problem() -> Problem:
 def sampled(problem: Problem, monkeypatch: pytest.MonkeyPatch, effort: Effort = LONG) -> Met:
     """Joint draws, about a thousand effective of long runs: spreads known to two hundredths."""
     monkeypatch.setattr(joint_refit, "HIGHEST_K", -1.0)
-    monkeypatch.setattr(joint_chains, "_VARIED", 0)
+    monkeypatch.setattr(Chains, "_vary_hyperparameters", lambda chains: None)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # R-hat of what is held fixed
         found = begin_meeting(problem.step, fixed_draws(), np.random.default_rng(1), effort)()
@@ -192,7 +193,7 @@ def test_what_is_a_tests_own_is_sampled_with_the_state(
 ) -> None:
     """Against quadrature over (ξ, v), from a Gaussian of v that is off; left out, it shows."""
     monkeypatch.setattr(joint_refit, "HIGHEST_K", -1.0)
-    monkeypatch.setattr(joint_chains, "_VARIED", 0)
+    monkeypatch.setattr(Chains, "_vary_hyperparameters", lambda chains: None)
     monkeypatch.setattr(gaussian_step, "onto_ridges", straight)
     if not weighed:
         monkeypatch.setattr(Nuisances, "log_density", lambda self, x, v: np.zeros(len(v)))
