@@ -90,7 +90,7 @@ def test_a_funnel_is_sampled_within_a_few_stretches(seed: int) -> None:
 def test_a_proposal_that_is_not_fitted_anew_would_be_noticed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """None of seven of these eight seeds converged then."""
+    """Seven of these eight seeds did not converge then."""
     fitted, found = hyperparameters._fitted, list[object]()
 
     def of_the_burn_in(*arguments: object) -> object:
