@@ -16,6 +16,11 @@ STRUCTURE = (
     "forecast may be biased. The intervals are widened by the correlated noise model; look at the "
     "residual strip for its shape."
 )
+UNSOUGHT = (
+    "The residual is more than noise, and not twice as much: slow errors of the rig or its "
+    "encoder, or something that acts and that the model lacks. The intervals are widened by the "
+    "correlated noise model; `hdprog explain` looks for what acts."
+)
 SLOW_ERRORS = (
     "Neighbouring readings share errors up to twice the noise, and no effect or curve accounts for "
     "them: they are taken for slow errors of the rig or its encoder, and the intervals are widened "
@@ -54,7 +59,9 @@ def structure_warnings(test: TestResult, explanation: Explanation | None) -> lis
     """The warning of a test, if any; effects that were asked for are no reason to leave it out."""
     if not unexplained(test, explanation):
         return []
-    return [SLOW_ERRORS if explanation is not None and slow_errors(test) else STRUCTURE]
+    if not slow_errors(test):
+        return [STRUCTURE]
+    return [UNSOUGHT if explanation is None else SLOW_ERRORS]
 
 
 def structure_sentences(result: DriveResult) -> list[str]:
@@ -64,7 +71,7 @@ def structure_sentences(result: DriveResult) -> list[str]:
         test
         for test in result.tests
         if test.rmse_rad > _ABOVE * test.noise_floor_rad
-        and STRUCTURE in structure_warnings(test, by_test.get(test.test_id))
+        and structure_warnings(test, by_test.get(test.test_id)) not in ([], [SLOW_ERRORS])
     ]
     if not left:
         return []
@@ -74,8 +81,13 @@ def structure_sentences(result: DriveResult) -> list[str]:
         names = listed(test.test_id for test in left)
         which = f" of {agree(len(left), 'test', 'tests')} {names}"
     sought = "" if result.explanation is None else ", and no effect or curve accounts for it"
+    acts = "something acts that the model lacks, and what is said here may be biased by it."
+    if result.explanation is None and all(slow_errors(test) for test in left):
+        acts = (
+            "slow errors of the rig or its encoder, or something that acts and that the model "
+            "lacks. Run `hdprog explain` before you rely on what is said here."
+        )
     return [
         f"What the fit leaves{which} hangs together and is "
-        f"{'up to ' if len(left) > 1 else ''}{significant(most, 2)} times the noise{sought}: "
-        "something acts that the model lacks, and what is said here may be biased by it."
+        f"{'up to ' if len(left) > 1 else ''}{significant(most, 2)} times the noise{sought}: {acts}"
     ]

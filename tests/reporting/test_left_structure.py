@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from hdprog.reporting.json_of_test import test_json as document
-from hdprog.reporting.left_structure import SLOW_ERRORS, STRUCTURE
+from hdprog.reporting.left_structure import SLOW_ERRORS, STRUCTURE, UNSOUGHT
 from hdprog.reporting.verdict import verdict
 from hdprog.results import DriveResult
 from tests.reporting import drives, explanations
@@ -75,4 +75,9 @@ def test_slow_errors_that_a_search_took_for_noise_are_no_alarm() -> None:
     assert not said(found)
     warned = document(found.tests[0], found.explanation)["warnings"]
     assert (SLOW_ERRORS in warned, STRUCTURE in warned) == (True, False)
-    assert said(replace(found, explanation=None))
+    (unsought,) = said(replace(found, explanation=None))
+    assert unsought.endswith(
+        "is 1.5 times the noise: slow errors of the rig or its encoder, or something that acts and "
+        "that the model lacks. Run `hdprog explain` before you rely on what is said here."
+    )
+    assert UNSOUGHT in document(found.tests[0], None)["warnings"]
