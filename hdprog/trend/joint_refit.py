@@ -55,8 +55,8 @@ class Effort:
     parts: int = 2
 
 
-FULL = Effort(12, 100, 75.0, 60.0)
-QUICK = Effort(12, 80, 75.0, 50.0)
+FULL = Effort(12, 100, 120.0, 60.0)
+QUICK = Effort(12, 80, 120.0, 50.0)
 NONE = Effort(0, 0, 0.0, 0.0)
 """For a forecast that another one is compared with: draws of the Gaussian step, weighted or not."""
 
