@@ -143,8 +143,8 @@ class Effort:
     ess: float
 
 
-FULL = Effort(100, 1600, 400.0)
-QUICK = Effort(100, 1600, 200.0)
+FULL = Effort(200, 1600, 400.0)
+QUICK = Effort(200, 1600, 200.0)
 
 
 def sample(

@@ -8,7 +8,7 @@ from scipy import stats
 
 from hdprog.trend import hyperparameters
 from hdprog.trend.hyperparameters import (
-    FULL,
+    Effort,
     HyperparameterDraws,
     mode_of,
     sample,
@@ -57,6 +57,7 @@ def test_draws_that_have_not_moved_tell_no_integral() -> None:
 
 
 NECK, SLOPE = 6, 0.7
+EFFORT = Effort(100, 1600, 400.0)
 
 
 def funnel(points: np.ndarray) -> np.ndarray:
@@ -70,7 +71,7 @@ def funnel(points: np.ndarray) -> np.ndarray:
 def in_a_funnel(seed: int) -> HyperparameterDraws:
     rng = np.random.default_rng(seed)
     walkers = starting_walkers(funnel, np.zeros(UNWORN.size), rng)
-    return sample(funnel, walkers, 60, FULL.steps, rng, FULL)
+    return sample(funnel, walkers, 60, EFFORT.steps, rng, EFFORT)
 
 
 @pytest.mark.parametrize("seed", [1, 3, 5])
@@ -81,7 +82,7 @@ def test_a_funnel_is_sampled_within_a_few_stretches(seed: int) -> None:
     """
     found = in_a_funnel(seed)
     assert found.converged
-    assert found.chains.shape[1] < FULL.largest_steps
+    assert found.chains.shape[1] < EFFORT.largest_steps
     first = found.flat[:, 0]
     assert abs(first.mean()) < 0.2
     assert 0.8 < first.std() < 1.1
