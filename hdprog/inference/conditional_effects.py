@@ -25,8 +25,9 @@ _STRAIGHT = 0.05  # squared, in noise: what the linear model may be off by where
 _SETTLED = 0.05  # log density that a step promises: less is not worth it
 _SHORTER = (1.0, 0.3, 0.09)  # shares of a step, until one leads down
 _TRIES = 6  # draws about each best value, of which one is taken: each costs one angle, no slopes
-# Bounded coordinates have longer tails than a Gaussian: some draws go farther.
-_WIDE_SHARE, _WIDE = 0.2, 2.5
+# Bounded coordinates have longer tails than a Gaussian, seldom several at once: many draws go
+# farther along one axis of its precision. Along all of them hardly any would come near the best.
+_FAR_SHARE, _FAR = 0.5, 2.5
 
 
 @dataclass(frozen=True)
@@ -227,14 +228,15 @@ def _precision(slopes: FloatArray) -> FloatArray:
 def _drawn(
     best: _At, slopes: FloatArray, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """Coordinates (draws, k) about the best ones, some from wider Gaussians, and log density."""
-    root = np.linalg.cholesky(_precision(slopes))
+    """Coordinates (draws, k) about the best ones, some farther on one axis, and log density."""
+    precision, axes = np.linalg.eigh(_precision(slopes))
     draws, size = best.effects.shape
-    spread = np.where(rng.random(draws) < _WIDE_SHARE, _WIDE, 1.0)
-    normal = spread[:, None] * rng.standard_normal((draws, size))
-    away = np.linalg.solve(root.swapaxes(1, 2), normal[..., None])[..., 0]
-    squares = np.sum(normal**2, axis=1)
-    narrow = np.log1p(-_WIDE_SHARE) - 0.5 * squares
-    wide = np.log(_WIDE_SHARE) - size * np.log(_WIDE) - 0.5 * squares / _WIDE**2
-    density = np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
-    return best.effects + away, density + np.logaddexp(narrow, wide)
+    normal = rng.standard_normal((draws, size))
+    far = np.flatnonzero(rng.random(draws) < _FAR_SHARE)
+    normal[far, rng.integers(0, size, far.size)] *= _FAR
+    away = np.einsum("dij,dj->di", axes, normal / np.sqrt(precision))
+    near = np.log1p(-_FAR_SHARE) - 0.5 * np.sum(normal**2, axis=1)
+    on_axis = logsumexp(0.5 * normal**2 * (1.0 - _FAR**-2), axis=1) - np.log(size * _FAR)
+    farther = np.log(_FAR_SHARE) - 0.5 * np.sum(normal**2, axis=1) + on_axis
+    density = 0.5 * np.log(precision).sum(axis=1) + np.logaddexp(near, farther)
+    return best.effects + away, density

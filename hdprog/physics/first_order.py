@@ -15,8 +15,13 @@ _STRETCH = 400.0  # time constants in one stretch: their exponentials are number
 _PAUSE = 250.0  # time constants between two readings that make a stretch of their own
 
 
-def follow(course: Course, driven_by: FloatArray, constant: FloatArray) -> FloatArray:
-    """Follower x of a driving course u, τ dx/dt = u − x, in balance at the first sample.
+def follow(
+    course: Course,
+    driven_by: FloatArray,
+    constant: FloatArray,
+    beginning: FloatArray | None = None,
+) -> FloatArray:
+    """Follower x of a driving course u, τ dx/dt = u − x.
 
     x = u − w with τ dw/dt = τ du/dt − w is solved exactly for u that is linear in time between the
     samples, stretch after stretch where the record is long.
@@ -26,6 +31,7 @@ def follow(course: Course, driven_by: FloatArray, constant: FloatArray) -> Float
     course : with time
     driven_by : (draws, samples) or (1, samples) u
     constant : (draws, 1) τ in s
+    beginning : (draws, 1) x at time zero, when u was as at the first sample; in balance if None
 
     Returns
     -------
@@ -40,12 +46,15 @@ def follow(course: Course, driven_by: FloatArray, constant: FloatArray) -> Float
     pauses = np.flatnonzero(np.diff(time) > _PAUSE * float(constant.min()))
     ends = np.unique([0, *inner, *pauses, *(pauses + 1), time.size - 1])
     follower = np.empty((max(len(driven_by), len(constant)), time.size))
-    follower[:, 0] = driven_by[:, 0]
-    left: FloatArray | None = None  # of w at the stretch's beginning
+    follower[:, :1] = driven_by[:, :1]
+    left: FloatArray | None = None  # of w over τ at the stretch's beginning
+    if beginning is not None:
+        left = (driven_by[:, :1] - beginning) * np.exp(-time[0] / constant) / constant
+        follower[:, :1] -= left * constant
     for start, end in pairwise(ends.tolist()):
         if end == start + 1:
             fading = np.exp(-(time[end] - time[start]) / constant)
-            behind = constant * rate[:, start:end] * (1.0 - fading)
+            behind = rate[:, start:end] * (1.0 - fading)
             if left is not None:
                 behind += left * fading
         else:
@@ -53,12 +62,11 @@ def follow(course: Course, driven_by: FloatArray, constant: FloatArray) -> Float
             # Over a step w·exp(t/τ) gains τ du/dt times what exp(t/τ) gains.
             growth = np.exp(since / constant)
             behind = np.diff(growth, axis=1) * rate[:, start:end]
+            if left is not None:
+                behind[:, :1] += left * growth[:, :1]
             np.cumsum(behind, axis=1, out=behind)
             behind /= growth[:, 1:]
-            behind *= constant
-            if left is not None:
-                behind += left / growth[:, 1:]
-        left = behind[:, -1:]
+        left, behind = behind[:, -1:].copy(), behind * constant
         np.subtract(driven_by[:, start + 1 : end + 1], behind, out=follower[:, start + 1 : end + 1])
     return follower
 

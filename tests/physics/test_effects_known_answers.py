@@ -470,6 +470,22 @@ def test_follower_against_an_integrator(constant: float) -> None:
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-7)
 
 
+@pytest.mark.parametrize("pause", [0.0, 40.0])
+def test_a_follower_out_of_balance_forgets_its_beginning(pause: float) -> None:
+    """Stretches or none, and a pause at once: what it began with fades from time zero on."""
+    rng = np.random.default_rng(10)
+    steps = rng.uniform(0.2, 3.0, 60)
+    steps[1] += pause
+    time = np.cumsum(steps)
+    course = replace(course_of(np.linspace(0, 50, 60), time), time=time)
+    driven = np.cumsum(rng.standard_normal((1, 60)), axis=1)
+    constant, beginning = np.array([[0.1], [4.0], [500.0]]), np.array([[2.0], [-1.0], [0.5]])
+    fading = np.exp(-time / resolved(course, constant))
+    wanted = follow(course, driven, constant) + (beginning - driven[:, :1]) * fading
+    found = follow(course, driven, constant, beginning)
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize("constant", [0.01, 0.8, 4.0, 30.0, 500.0])
 def test_two_followers_at_once_are_each_of_them(constant: float) -> None:
     rng = np.random.default_rng(8)

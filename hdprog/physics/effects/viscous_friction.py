@@ -12,7 +12,7 @@ from hdprog.physics.effects.base import (
     angle_amplitude,
     initial_state,
 )
-from hdprog.physics.first_order import follow, resolved
+from hdprog.physics.first_order import follow
 from hdprog.physics.parameters import FloatArray
 
 
@@ -51,10 +51,9 @@ class ViscousFriction(Effect):
         """See `Effect.evaluate`."""
         assert course.rate is not None
         assert course.scales.rate is not None
-        speed = np.abs(course.rate) / course.scales.rate
-        steady = course.path.direction * np.maximum(speed, 1e-9) ** values["exponent"]
-        assert course.time is not None
-        fading = np.exp(-course.time / resolved(course, values["memory"]))
-        shape = follow(course, steady, values["memory"])
-        shape += (values["initial_state"] - steady[:, :1]) * fading
-        return np.asarray(-0.5 * values["width"] * shape)
+        speed = np.maximum(np.abs(course.rate) / course.scales.rate, 1e-9)
+        steady = np.exp(values["exponent"] * np.log(speed))  # a quarter of a power's time
+        steady *= course.path.direction
+        shape = follow(course, steady, values["memory"], values["initial_state"])
+        shape *= -0.5 * values["width"]
+        return shape
