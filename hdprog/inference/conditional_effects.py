@@ -24,7 +24,6 @@ _ITERATIONS = 3
 _STRAIGHT = 0.05  # squared, in noise: what the linear model may be off by where it is kept to
 _SETTLED = 0.05  # log density that a step promises: less is not worth it
 _SHORTER = (1.0, 0.3, 0.09)  # shares of a step, until one leads down
-_TRIES = 6  # draws about each best value, of which one is taken: each costs one angle, no slopes
 # Bounded coordinates have longer tails than a Gaussian, seldom several at once: many draws go
 # farther along one axis of its precision. Along all of them hardly any would come near the best.
 _FAR_SHARE, _FAR = 0.5, 2.5
@@ -53,6 +52,7 @@ def draw_effects(
     scale: FloatArray,
     linear: Linear,
     beside: FloatArray,
+    number: int,
     rng: np.random.Generator,
 ) -> tuple[FloatArray, FloatArray]:
     """Points with effects, and how much more probable the exact density makes them.
@@ -63,6 +63,7 @@ def draw_effects(
     points, offset, scale : (draws, 9), (draws,) in rad, (draws,) of the noise; given
     linear : where the search begins; draws that it holds for need no other slopes
     beside : (k,) others to begin at, taken where they are better
+    number : of tries about each best value: each costs one angle, no slopes
     rng : source of randomness
 
     Of each draw's tries one is taken by their weights, and their mean is its own weight: right on
@@ -77,12 +78,12 @@ def draw_effects(
     with np.errstate(over="ignore", invalid="ignore"):
         given = _Given.of(exact, points, offset, scale)
         best, slopes = _best(given, linear, beside)
-        tries = [_tried(given, *_drawn(best, slopes, rng)) for _ in range(_TRIES)]
+        tries = [_tried(given, *_drawn(best, slopes, rng)) for _ in range(number)]
     effects, log_ratio = (np.stack(each) for each in zip(*tries, strict=True))
     chosen = np.argmax(log_ratio + rng.gumbel(size=log_ratio.shape), axis=0)
     complete = np.hstack([points, effects[chosen, np.arange(len(points))]])
     with np.errstate(invalid="ignore"):
-        together = logsumexp(log_ratio, axis=0) - np.log(_TRIES)
+        together = logsumexp(log_ratio, axis=0) - np.log(number)
     return complete, together
 
 

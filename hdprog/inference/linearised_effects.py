@@ -27,6 +27,7 @@ _WORST_PARETO_K = 1.0  # beyond, the weights have no mean: the draws stand for n
 _TOGETHER = 128
 _FARTHEST = 6.0  # prior standard deviations at which a search begins
 _FEWEST_EFFECTIVE = 100.0  # weighted draws that may stand for a posterior
+_TRIES = (6, 24)  # of an effect's values a draw; more where these leave weights of no use
 
 
 @dataclass(frozen=True)
@@ -111,12 +112,27 @@ class LinearisedEffects:
         groups : of draws that follow each other and share nothing; they stay apart
         rng : source of randomness
         """
+        for tries in _TRIES:
+            found = self._drawn(points, offset, scale, groups, tries, rng)
+            if found.usable:
+                break
+        return found
+
+    def _drawn(
+        self,
+        points: FloatArray,
+        offset: FloatArray,
+        scale: FloatArray,
+        groups: int,
+        tries: int,
+        rng: np.random.Generator,
+    ) -> EffectDraws:
         complete, log_ratio = np.empty((len(points), self.exact.size)), np.empty(len(points))
         # Few points at a time: their angles stay in the processor's cache.
         for start in range(0, len(points), _TOGETHER):
             part = slice(start, start + _TOGETHER)
             complete[part], log_ratio[part] = self._complete(
-                points[part], offset[part], scale[part], rng
+                points[part], offset[part], scale[part], tries, rng
             )
         weight, pareto_k = pareto_weights(log_ratio)
         effective = worth(weight)
@@ -130,7 +146,12 @@ class LinearisedEffects:
         return EffectDraws(complete, offset, scale, pareto_k, effective, weighted)
 
     def _complete(
-        self, points: FloatArray, offset: FloatArray, scale: FloatArray, rng: np.random.Generator
+        self,
+        points: FloatArray,
+        offset: FloatArray,
+        scale: FloatArray,
+        tries: int,
+        rng: np.random.Generator,
     ) -> tuple[FloatArray, FloatArray]:
         """Points with effects (draws, size), and log of the exact density over the drawn one."""
         assert self.sampled.held is not None
@@ -140,7 +161,8 @@ class LinearisedEffects:
         slopes = self._slopes
         linear = Linear(effects, self.exact.whiten(left) + effects @ slopes, slopes)
         best = self.sampled.held.coordinates
-        complete, log_ratio = draw_effects(self.exact, points, offset, scale, linear, best, rng)
+        given = (points, offset, scale, linear, best, tries)
+        complete, log_ratio = draw_effects(self.exact, *given, rng)
         return complete, log_ratio + 0.5 * np.sum(white**2, axis=1) / scale**2
 
     @cached_property

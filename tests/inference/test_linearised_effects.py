@@ -15,7 +15,7 @@ from scipy.stats import multivariate_normal
 from hdprog.config import Drive
 from hdprog.data.coordinates import record_course
 from hdprog.data.loop import Loop
-from hdprog.inference import conditional_effects, fit_loop, linearised_effects
+from hdprog.inference import fit_loop, linearised_effects
 from hdprog.inference.effect_starts import effect_starts
 from hdprog.inference.fit_loop import sample_posterior
 from hdprog.inference.likelihood import COUNT, LoopLikelihood
@@ -141,7 +141,7 @@ def test_tries_are_worth_draws_where_the_density_is_no_gaussian(
 ) -> None:
     several, off = deviations(1.2e-4, 1.5)
     assert off.max() < 4
-    monkeypatch.setattr(conditional_effects, "_TRIES", 1)
+    monkeypatch.setattr(linearised_effects, "_TRIES", (1,))
     one, _ = deviations(1.2e-4, 1.5)
     # All draws have the same parameters: what their weights still differ by is the tries' chance.
     assert DRAWS / several.effective - 1 < 0.3 * (DRAWS / one.effective - 1)
@@ -151,7 +151,7 @@ def test_rough_weights_are_said_and_useless_ones_are_not_used(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     # Of several tries the one that is taken makes up for most: only the weights of one are put off.
-    monkeypatch.setattr(conditional_effects, "_TRIES", 1)
+    monkeypatch.setattr(linearised_effects, "_TRIES", (1,))
     monkeypatch.setattr(linearised_effects, "PARETO_K_LIMIT", -10.0)
     found, off = deviations(1.2e-4, 1.0)
     assert not found.exact
@@ -163,6 +163,17 @@ def test_rough_weights_are_said_and_useless_ones_are_not_used(
     assert not found.usable
     assert len(np.unique(found.points, axis=0)) == DRAWS
     assert off.max() > 8  # so the comparison would notice
+
+
+def test_more_tries_where_few_leave_weights_of_no_use(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(linearised_effects, "_TRIES", (1,))
+    one, _ = deviations(1.2e-4, 1.5)
+    monkeypatch.setattr(linearised_effects, "_FEWEST_EFFECTIVE", one.effective + 100.0)
+    assert not deviations(1.2e-4, 1.5)[0].usable
+    monkeypatch.setattr(linearised_effects, "_TRIES", (1, 12))
+    found, off = deviations(1.2e-4, 1.5)
+    assert found.usable
+    assert off.max() < 4
 
 
 @lru_cache
