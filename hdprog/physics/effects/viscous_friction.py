@@ -52,7 +52,7 @@ class ViscousFriction(Effect):
         assert course.rate is not None
         assert course.scales.rate is not None
         speed = np.maximum(np.abs(course.rate) / course.scales.rate, 1e-9)
-        steady = np.exp(values["exponent"] * np.log(speed))  # a quarter of a power's time
+        steady = np.exp(values["exponent"] * np.log(speed))  # a power, quicker
         steady *= course.path.direction
         shape = follow(course, steady, values["memory"], values["initial_state"])
         shape *= -0.5 * values["width"]
