@@ -142,6 +142,8 @@ class AdaptingEnsembles:
         self.run = self._advance(steps)
 
     def _advance(self, steps: int, temperature: float = 1.0) -> Advanced:
+        """Go on; the temperature is in parts of the posterior's own."""
+        temperature *= self.posterior.temperature
         many, density = len(self.states), replace(self.posterior, temperature=temperature)
         independent = INDEPENDENT if self.refits < _FEWER_AFTER else _FEWER
         same = ([one] * many for one in (steps, self.mixture, self._redraw, independent))

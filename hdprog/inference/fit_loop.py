@@ -31,6 +31,7 @@ from hdprog.physics.effects.base import Effect
 from hdprog.physics.parameters import FloatArray
 from hdprog.progress import Progress, untold
 
+_WIDER = 1.5  # temperature of the likelihood where draws at one stand for nothing
 _WITH_EFFECTS = 60  # steps kept where effects are drawn beside: a draw costs ten evaluations
 
 
@@ -124,14 +125,20 @@ def sample_posterior(
     linearised = LinearisedEffects.about(likelihood, starts[0]) if likelihood.effects else None
     plan = plan.suited_to(likelihood.blocks)
 
-    def sample(beside: LinearisedEffects | None) -> _Sampled:
-        return _sample(likelihood, beside, starts, rng, plan, parts, executor, progress)
+    def sample(beside: LinearisedEffects | None, temperature: float = 1.0) -> _Sampled:
+        model = (likelihood, beside, temperature)
+        return _sample(*model, starts, rng, plan, parts, executor, progress)
 
     found = sample(linearised)
-    if found.drawn is not None and not found.drawn.usable:
-        # All coordinates at once cost more and lean on nothing, where they settle.
-        exactly = sample(None)
-        found = exactly if exactly.converged else found
+    if (drawn := found.drawn) is not None and not found.converged:
+        # Wider draws reach tails that a linear model of the effects misses. All coordinates at once
+        # cost most and lean on nothing, where they settle.
+        wider = sample(linearised, _WIDER)
+        if wider.converged:
+            found = wider
+        elif not drawn.usable:
+            exactly = sample(None)
+            found = exactly if exactly.converged else found
     drawn, sampling, diagnostics = found.drawn, found.sampling, found.diagnostics
     warnings = _warnings(prepared, likelihood, drawn, plan.required_ess)
     if not found.settled:
@@ -187,6 +194,7 @@ class _Sampled:
 def _sample(
     exact: LoopLikelihood,
     linearised: LinearisedEffects | None,
+    temperature: float,
     starts: list[StartingPoint],
     rng: np.random.Generator,
     plan: SamplingPlan,
@@ -194,9 +202,12 @@ def _sample(
     executor: Executor | None,
     progress: Progress,
 ) -> _Sampled:
-    """Sample a model, its effects integrated out and drawn after, or with all else."""
+    """Sample a model, its effects integrated out and drawn after, or with all else.
+
+    At a temperature of the likelihood, which weights make up for where effects are drawn after.
+    """
     likelihood = exact if linearised is None else linearised.sampled
-    posterior = RidgePosterior(likelihood)
+    posterior = RidgePosterior(likelihood, temperature)
     modes = starts if linearised is None else [_without_effects(start) for start in starts]
     walkers = max(plan.walkers, 2 * likelihood.size)
     states = initial_states(posterior, modes, rng, parts, walkers=walkers)
@@ -209,8 +220,10 @@ def _sample(
     offset, scale = likelihood.nuisances(flat, rng)
     if linearised is None:
         return _Sampled(stored, offset, scale, diagnostics, sampling, settled, None)
-    drawn = linearised.draws(flat, offset, scale, len(stored), rng)
+    drawn = linearised.draws(flat, offset, scale, len(stored), rng, temperature)
     sampling |= {"pareto_k": drawn.pareto_k, "weighted_draws_effective": drawn.effective}
+    if temperature != 1.0:
+        sampling["temperature"] = temperature
     if drawn.weighted:
         diagnostics = diagnostics.at_most(drawn.effective)
     stored = drawn.points.reshape(*stored.shape[:3], exact.size)

@@ -103,6 +103,7 @@ class LinearisedEffects:
         scale: FloatArray,
         groups: int,
         rng: np.random.Generator,
+        temperature: float = 1.0,
     ) -> EffectDraws:
         """Draws of the exact density, given draws of the linearised one without the effects.
 
@@ -111,9 +112,10 @@ class LinearisedEffects:
         points, offset, scale : (draws, 9), (draws,) in rad, (draws,)
         groups : of draws that follow each other and share nothing; they stay apart
         rng : source of randomness
+        temperature : of the linearised likelihood, of which the points are draws
         """
         for tries in _TRIES:
-            found = self._drawn(points, offset, scale, groups, tries, rng)
+            found = self._drawn(points, offset, scale, groups, tries, rng, temperature)
             if found.usable:
                 break
         return found
@@ -126,6 +128,7 @@ class LinearisedEffects:
         groups: int,
         tries: int,
         rng: np.random.Generator,
+        temperature: float,
     ) -> EffectDraws:
         complete, log_ratio = np.empty((len(points), self.exact.size)), np.empty(len(points))
         # Few points at a time: their angles stay in the processor's cache.
@@ -134,6 +137,8 @@ class LinearisedEffects:
             complete[part], log_ratio[part] = self._complete(
                 points[part], offset[part], scale[part], tries, rng
             )
+        if temperature != 1.0:
+            log_ratio += (1.0 - 1.0 / temperature) * self.sampled.log_likelihood(points)
         weight, pareto_k = pareto_weights(log_ratio)
         effective = worth(weight)
         weighted = effective >= _FEWEST_EFFECTIVE

@@ -45,7 +45,7 @@ class SamplingPlan:
     components: tuple[int, ...] = (3, 5, 6, 8)
     first_steps: int = 200
     most_steps: int = 10_000
-    further_steps: int = 0
+    further_steps: int = 6_000
     refits: int = 6
     wide_steps: int = 0
     fitted_draws: int = 6000

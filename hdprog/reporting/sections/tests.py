@@ -39,6 +39,7 @@ _SAMPLING = {
     "acceptance": "acceptance",
     "evaluations": "model evaluations",
     "lost_mode": "modes lost",
+    "temperature": "temperature of the likelihood, made up for by weights",
     "pareto_k": "Pareto k of effects integrated out to first order",
     "weighted_draws_effective": "effective draws by their weights",
 }
