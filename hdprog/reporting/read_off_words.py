@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from hdprog.explanation import UNKNOWN
 from hdprog.reporting.rounding import rounded
-from hdprog.reporting.words import capital, figure_interval, quantity, with_unit
-from hdprog.results import DriveResult, ReadOff, TestResult
+from hdprog.reporting.words import capital, figure_interval, listed, quantity, with_unit
+from hdprog.results import DriveResult, ReadOff, TestResult, since_replaced
+
+_SEVERAL = 2  # tests: one of many may be missed by chance
 
 
 def missed_words(test: TestResult) -> list[str]:
@@ -14,15 +16,29 @@ def missed_words(test: TestResult) -> list[str]:
 
 
 def missed_sentences(result: DriveResult) -> list[str]:
-    """The same for the verdict: of the last test, figures with a limit; all where none has one."""
-    test = result.tests[-1]
-    limited = [limit.key for limit in result.drive.limits]
-    which = "" if len(result.tests) == 1 else f"Test {test.test_id}: "
-    return [
-        which + _missed(test, key, found)
-        for key, found in test.read_off.items()
-        if found.differs and (key in limited or not limited)
-    ]
+    """The same for the verdict: figures with a limit; all where none has one.
+
+    Those of the last test; else those that the fits of several tests miss, as the trend leans on
+    all of them.
+    """
+    tests = since_replaced(result.tests)
+    last, limited = tests[-1], [limit.key for limit in result.drive.limits]
+    which = "" if len(result.tests) == 1 else f"Test {last.test_id}: "
+    said = []
+    for key, found in last.read_off.items():
+        if limited and key not in limited:
+            continue
+        missed = [one.test_id for one in tests if key in one.read_off and one.read_off[key].differs]
+        name = quantity(key).name
+        if found.differs:
+            said.append(which + _missed(last, key, found))
+        elif len(missed) >= _SEVERAL:
+            said.append(
+                f"The fits of {len(missed)} of {len(tests)} tests ({listed(missed)}) miss the "
+                f"{name} that their records show: read the warnings before you rely on a forecast "
+                f"of it."
+            )
+    return said
 
 
 def record_words(key: str, found: ReadOff) -> str:

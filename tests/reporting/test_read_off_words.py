@@ -1,4 +1,4 @@
-"""Figures that the fit misses: said of the last test first, in warnings of all, and in JSON."""
+"""Figures that fits miss: said of the last test or of several, in warnings of all, and in JSON."""
 
 from __future__ import annotations
 
@@ -31,6 +31,23 @@ def test_it_stands_first_in_the_verdict_where_it_has_a_limit() -> None:
     assert said.endswith("or a forecast of lost motion, before that is explained.")
     assert missed_sentences(wearing("hysteresis_width_arcmin")) == []
     assert missed_sentences(wearing("")) == []
+
+
+def test_earlier_tests_are_told_of_where_several_are_missed() -> None:
+    result = drives.wearing(drives.LOST_MOTION, count=4)
+
+    def missing(*places: int) -> list[str]:
+        read = [
+            drives.read_off(test, LOST_MOTION if place in places else "")
+            for place, test in enumerate(result.tests)
+        ]
+        return missed_sentences(replace(result, tests=tuple(read)))
+
+    assert missing(1) == []
+    (said,) = missing(0, 2)
+    assert said.startswith("The fits of 2 of 4 tests (t01 and t03) miss the lost motion that their")
+    (of_last,) = missing(0, 2, 3)
+    assert of_last.startswith("Test t04: ")
 
 
 def test_every_test_that_is_missed_is_warned_of() -> None:
