@@ -25,18 +25,18 @@ def missed_sentences(result: DriveResult) -> list[str]:
     last, limited = tests[-1], [limit.key for limit in result.drive.limits]
     which = "" if len(result.tests) == 1 else f"Test {last.test_id}: "
     said = []
-    for key, found in last.read_off.items():
+    # The last record may be one that does not show a figure, as a one-sided one.
+    for key in dict.fromkeys(key for one in (last, *tests) for key in one.read_off):
         if limited and key not in limited:
             continue
         missed = [one.test_id for one in tests if key in one.read_off and one.read_off[key].differs]
-        name = quantity(key).name
-        if found.differs:
-            said.append(which + _missed(last, key, found))
+        if last.test_id in missed:
+            said.append(which + _missed(last, key, last.read_off[key]))
         elif len(missed) >= _SEVERAL:
             said.append(
                 f"The fits of {len(missed)} of {len(tests)} tests ({listed(missed)}) miss the "
-                f"{name} that their records show: read the warnings before you rely on a forecast "
-                f"of it."
+                f"{quantity(key).name} that their records show: read the warnings before you rely "
+                "on a forecast of it."
             )
     return said
 

@@ -48,6 +48,10 @@ def test_earlier_tests_are_told_of_where_several_are_missed() -> None:
     assert said.startswith("The fits of 2 of 4 tests (t01 and t03) miss the lost motion that their")
     (of_last,) = missing(0, 2, 3)
     assert of_last.startswith("Test t04: ")
+    one_sided = replace(result.tests[-1], read_off={})
+    both = [drives.read_off(test, LOST_MOTION) for test in result.tests[:2]]
+    (said,) = missed_sentences(replace(result, tests=(*both, one_sided)))
+    assert said.startswith("The fits of 2 of 3 tests (t01 and t02) miss the lost motion that their")
 
 
 def test_every_test_that_is_missed_is_warned_of() -> None:
